@@ -1,0 +1,168 @@
+"""One measurement in a process of its own: `python -m benchmarks.child TASK --size quick` prints JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import sys
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import peers, race, reference
+from .cases import Case, regular
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much is run: tracks × scans for jink, fewer for slower libraries; rounds of every race."""
+
+    tracks: int
+    scans: int
+    repetitions: int
+    slow_tracks: int = 10  # libraries that take some 100 µs per update
+    array_tracks: int = 2000  # libraries that work through NumPy arrays: their fastest batch
+
+
+FULL = Size(tracks=10_000, scans=200, repetitions=7)
+QUICK = Size(tracks=10_000, scans=50, repetitions=3, slow_tracks=4, array_tracks=500)
+TINY = Size(tracks=3, scans=5, repetitions=1, slow_tracks=1, array_tracks=2)
+SIZES = {"full": FULL, "quick": QUICK, "tiny": TINY}
+ARRAYS = {"simdkalman", "kalbee"}
+COMPILED = {"dynamax"}
+
+
+def run_engine(size: Size) -> dict[str, Any]:
+    """jink's own jobs against one another: seconds per update, by job."""
+    from . import engine
+
+    laps = race.run_race(engine.jobs(size.tracks, size.scans), size.repetitions)
+    return {name: lap.costs for name, lap in laps.items()}
+
+
+def run_peers(size: Size, keys: tuple[str, ...] = peers.PEERS) -> dict[str, Any]:
+    """jink against each peer: job → library → costs and difference from the textbook, or why not."""
+    from . import engine
+
+    modules = {key: peers.load(key) for key in keys}
+    cases = {"kalman": regular(size.tracks, size.scans), "imm": regular(size.tracks, size.scans)}
+    cases["live"] = regular(1, 10 * size.scans)
+    out: dict[str, Any] = {"versions": {key: version for key, (_, version) in modules.items()}}
+    for name in peers.JOBS:
+        out[name] = _race_peers(name, cases[name], getattr(engine, name), modules, size)
+    return out
+
+
+def run_threads(size: Size) -> dict[str, Any]:
+    """The first row on one and on two threads, by the wall clock and on all cores."""
+    from . import engine
+
+    case = regular(size.tracks, size.scans)
+    jobs = {str(threads): engine.imm(case, threads=threads) for threads in (1, 2)}
+    return {
+        name: lap.costs for name, lap in race.run_race(jobs, 3 * size.repetitions, time.perf_counter).items()
+    }
+
+
+def run_memory(size: Size, outputs: str) -> dict[str, Any]:
+    """Peak memory of one batch call: bytes that came in, that went out, and by how much the process grew."""
+    from . import engine
+
+    chosen = getattr(engine, outputs)
+    case = _cheap_case(size.tracks, size.scans)
+    small = case.first(min(8, size.tracks))
+    engine.imm(small, chosen).run(None)
+    estimator = engine._imm(engine._two_point())
+    before = _resident_bytes()
+    estimate = estimator.filter(case.time, case.z, offsets=case.offsets, threads=1, outputs=chosen)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    produced = sum(np.asarray(getattr(estimate, name)).nbytes for name in chosen)
+    return {
+        "in": case.time.nbytes + case.z.nbytes + case.offsets.nbytes,
+        "out": produced,
+        "grown": peak - before,
+    }
+
+
+def _race_peers(name: str, case: Case, ours: Any, modules: dict[str, Any], size: Size) -> dict[str, Any]:
+    jobs = {"jink": ours(case)}
+    out: dict[str, Any] = {"jink": {"difference": _check(name, case, ours), "note": ""}}
+    for key, (module, version) in modules.items():
+        if module is None:
+            out[key] = {"missing": version}
+        elif name in module.CANNOT:
+            out[key] = {"cannot": module.CANNOT[name]}
+        else:
+            make = getattr(module, name)
+            try:
+                jobs[key] = make(_cut(case, name, key, size))
+                out[key] = {"difference": _check(name, case, make), "note": jobs[key].note}
+            except Exception as error:  # noqa: BLE001  a peer's own failure is a result, not ours to raise
+                jobs.pop(key, None)
+                out[key] = {"cannot": f"{type(error).__name__}: {error}"}
+    for key, lap in race.run_race(jobs, size.repetitions).items():
+        out[key]["costs"] = lap.costs
+    return out
+
+
+def _cut(case: Case, name: str, key: str, size: Size) -> Case:
+    """The part of the case a peer gets: per-update costs are compared, slow libraries get fewer tracks."""
+    if name == "live":
+        return case.first(1, min(case.scans, 2 * size.scans))
+    if key in COMPILED:
+        return case
+    return case.first(
+        min(case.tracks, size.array_tracks if name == "kalman" and key in ARRAYS else size.slow_tracks)
+    )
+
+
+def _check(name: str, case: Case, make: Any) -> float:
+    """Difference of a library's states from the textbook filter's, on the first two tracks."""
+    small = case.first(1 if name == "live" else min(2, case.tracks), min(case.scans, 100))
+    expected = reference.kalman(small) if name == "kalman" else reference.imm(small)[0]
+    job = make(small)
+    return race.difference(job.run(job.prepare()), expected[0, -1] if name == "live" else expected)
+
+
+def _cheap_case(tracks: int, scans: int) -> Case:
+    """A case whose making leaves no peak of memory behind it: positions are noise alone."""
+    case = regular(1, scans)
+    generator = np.random.default_rng(0)
+    z = generator.standard_normal((tracks * scans, 2))
+    time = np.empty(tracks * scans)
+    time.reshape(tracks, scans)[:] = case.time
+    offsets = np.arange(tracks + 1, dtype=np.int64) * scans
+    return replace(case, tracks=tracks, time=time, z=z, offsets=offsets, x0=np.zeros((tracks, 4)))
+
+
+def _resident_bytes() -> int:
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return int(statm.read_text().split()[1]) * resource.getpagesize()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one task and print its result as one line of JSON."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("task", choices=["engine", "peers", "threads", "memory"])
+    parser.add_argument("--size", choices=SIZES, default="full")
+    parser.add_argument("--outputs", choices=["STATES", "EVERYTHING"], default="STATES")
+    options = parser.parse_args(arguments)
+    size = SIZES[options.size]
+    if options.task in ("engine", "peers"):
+        race.pin_to_one_core()
+    if options.task == "memory":
+        result = run_memory(size, options.outputs)
+    else:
+        result = {"engine": run_engine, "peers": run_peers, "threads": run_threads}[options.task](size)
+    print(json.dumps(result))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,94 @@
+"""What a user waits for at the shell: `import jink`, `jink --help`, `jink track` on real flights."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import time
+import zipfile
+from pathlib import Path
+
+CACHE = Path(__file__).with_name(".cache")
+WHEEL = "traffic==2.13"
+COLLECTION = "quickstart.json.gz"
+
+
+def measure_start(repetitions: int) -> dict[str, list[float]]:
+    """Wall seconds of whole processes, interleaved: `import numpy`, `import jink`, `jink --help`."""
+    commands = {
+        "numpy": [sys.executable, "-c", "import numpy"],
+        "jink": [sys.executable, "-c", "import jink"],
+        "help": [*_jink(), "--help"],
+    }
+    for command in commands.values():
+        _run(command)
+    seconds: dict[str, list[float]] = {name: [] for name in commands}
+    for _ in range(repetitions):
+        for name, command in commands.items():
+            seconds[name].append(_run(command)[0])
+    return seconds
+
+
+def measure_track(repetitions: int) -> dict[str, list[float]]:
+    """Wall seconds and peak bytes of `jink track --smooth` on the quickstart collection of `traffic`."""
+    source = fetch_collection()
+    out: dict[str, list[float]] = {"seconds": [], "bytes": []}
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder, "tracks.parquet")
+        for _ in range(repetitions + 1):
+            seconds, peak = _run([*_jink(), "track", str(source), "-o", str(target), "--smooth", "--quiet"])
+            out["seconds"].append(seconds)
+            out["bytes"].append(peak)
+    return {name: values[1:] for name, values in out.items()}  # the first read the file from the disk
+
+
+def fetch_collection() -> Path:
+    """The collection out of the wheel of `traffic` (28 MB, fetched once into benchmarks/.cache)."""
+    path = CACHE / COLLECTION
+    if path.exists():
+        return path
+    CACHE.mkdir(exist_ok=True)
+    fetch = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--dest", str(CACHE), WHEEL]
+    done = subprocess.run(fetch, capture_output=True, text=True, check=False)
+    wheels = sorted(CACHE.glob("traffic-*.whl"))
+    if done.returncode or not wheels:
+        raise RuntimeError(
+            f"could not fetch {WHEEL} for its quickstart collection: {_last_line(done.stderr)}"
+        )
+    with zipfile.ZipFile(wheels[0]) as wheel:
+        name = next(name for name in wheel.namelist() if name.endswith(COLLECTION))
+        partial = path.with_suffix(".part")
+        with wheel.open(name) as source, partial.open("wb") as sink:
+            shutil.copyfileobj(source, sink)
+    partial.rename(path)
+    wheels[0].unlink()
+    return path
+
+
+def _jink() -> list[str]:
+    script = Path(sysconfig.get_path("scripts"), "jink")
+    return [str(script)] if script.exists() else [sys.executable, "-m", "jink"]
+
+
+def _run(command: list[str]) -> tuple[float, float]:
+    """Wall seconds and peak resident bytes of one process; raises with its last words when it fails."""
+    with tempfile.TemporaryFile("w+") as errors:
+        begin = time.perf_counter()
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors)
+        _, status, usage = os.wait4(process.pid, 0)
+        seconds = time.perf_counter() - begin
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode:
+            errors.seek(0)
+            raise RuntimeError(
+                f"{' '.join(command[:3])}: exit {process.returncode}: {_last_line(errors.read())}"
+            )
+    return seconds, usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+
+
+def _last_line(text: str) -> str:
+    return (text.strip().splitlines() or ["no message"])[-1]

@@ -1,0 +1,94 @@
+"""The report of a benchmark run as Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from . import peers
+from .race import Lap, compare
+from .targets import Row
+
+MARK = {True: "pass", False: "**short**", None: ""}
+
+
+def report(rows: Sequence[Row], results: dict[str, Any], machine: dict[str, str], size: str) -> str:
+    """The whole of RESULTS.md: machine, targets, peers, how it was measured."""
+    facts = "; ".join(f"{name} {value}" for name, value in machine.items())
+    counted = [row.reached for row in rows if row.must]
+    reached, short, unknown = (counted.count(mark) for mark in (True, False, None))
+    summary = f"{reached} of {len(counted)} targets reached, {short} short, {unknown} not measured."
+    lines = [
+        "# Speed and memory", "", f"Written by `make bench` ({size}). {facts}.", "", summary, "",
+        *target_table(rows), "", "## Peers", "", *peer_table(results.get("peers", {})), "", *HOW,
+    ]  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def target_table(rows: Iterable[Row]) -> list[str]:
+    """What, measured, must reach, mark."""
+    cells = [(row.what, row.measured, row.must, MARK[row.reached]) for row in rows]
+    return markdown(("what", "measured: median (least–most)", "must reach", ""), cells)
+
+
+def peer_table(race: dict[str, Any]) -> list[str]:
+    """One line per job and library: cost per update, × jink, agreement with the textbook."""
+    cells: list[tuple[str, ...]] = []
+    for job, title in peers.JOBS.items():
+        entries = race.get(job, {})
+        for key, entry in entries.items():
+            version = race.get("versions", {}).get(key, "") if "missing" not in entry else ""
+            cells.append(
+                (title, key.replace("_", "-"), version, *_peer_cells(entry, entries.get("jink", {})))
+            )
+            title = ""
+    for name, why in peers.LEFT_OUT.items():
+        cells.append(("", name, "", "not installed", "", "", why))
+    return markdown(
+        ("job", "library", "version", "µs per update", "× jink", "differs from the textbook by", "note"),
+        cells,
+    )
+
+
+def markdown(head: Sequence[str], cells: Iterable[Sequence[str]]) -> list[str]:
+    """A Markdown table, columns padded so that it reads as plain text too."""
+    table = [list(head), *(list(row) for row in cells)]
+    width = [max(len(row[i]) for row in table) for i in range(len(head))]
+    lines = ["| " + " | ".join(cell.ljust(width[i]) for i, cell in enumerate(row)) + " |" for row in table]
+    return [lines[0], "|" + "|".join("-" * (w + 2) for w in width) + "|", *lines[1:]]
+
+
+def _peer_cells(entry: dict[str, Any], ours: dict[str, Any]) -> tuple[str, str, str, str]:
+    if "costs" not in entry:
+        return (
+            "not installed" if "missing" in entry else "cannot",
+            "",
+            "",
+            entry.get("cannot") or entry.get("missing", ""),
+        )
+    lap = Lap(tuple(entry["costs"]))
+    times = ""
+    if "costs" in ours and entry is not ours:
+        ratio = compare(lap, Lap(tuple(ours["costs"])))
+        digits = ".1f" if ratio.median < 20 else ",.0f"
+        times = f"{ratio.median:{digits}} ({ratio.low:{digits}}–{ratio.high:{digits}})"
+    return f"{lap.median * 1e6:.4g}", times, f"{entry['difference']:.0e}", entry.get("note", "")
+
+
+HOW = """\
+## How it is measured
+
+- All libraries of a job run in one process pinned to one core, round after round, each starting with another
+  one; process CPU time; the median of the rounds; a ratio is taken round by round and given as median
+  (least–most). Compilation and first calls are warmed up before. jink gets `threads=1`. Instruction sets
+  are forced by `JINK_ISA` in processes of their own, in turn.
+- Every library filters the same measurements from the same state and covariance; its states are compared with
+  a textbook NumPy filter (`reference.py`) before it is timed: the largest difference relative to the largest
+  value of that state component.
+- Costs are per track and update. Libraries that loop in Python get 10 tracks, array libraries the batch they
+  are fastest with (2,000 tracks), dynamax and jink all 10,000. Fresh output arrays are part of the cost.
+- A live update of jink takes a time and a NumPy row, and its state is read as a NumPy array.
+- Memory is the growth of the process's peak resident size during one call, plus the inputs, over inputs and
+  outputs.
+- Start-up and `jink track` are whole processes by the wall clock; `track` has all cores.\
+""".splitlines()
