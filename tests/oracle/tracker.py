@@ -1,0 +1,253 @@
+"""One track through an interacting multiple model filter (Blom & Bar-Shalom 1988); with one mode, a Kalman
+filter.
+
+Per row: transition over dt (identity at dt = 0), mixing, prediction, and, if anything was measured, update
+and Bayes: mu_j = c_j N_j / sum. Without a measurement mu = c (Markov only). With outliers, a row whose
+density is below the uniform one is not used; after restart_after such rows in succession the track starts
+again from the last of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from oracle.gaussian import Predicted, Updated, predict, update
+from oracle.mixture import Mode, combine, mix
+from oracle.motion import Motion
+from oracle.sensor import wrap
+from oracle.start import Fix, OnePoint, Prior, TwoPoint, one_point, two_point
+
+Array = NDArray[np.float64]
+NONE, UPDATED, PREDICTED, GATED, RESTARTED, INITIALISED = range(6)
+
+
+@dataclass
+class Outliers:
+    share: float = 0.01
+    extent: float = 1e5
+    restart_after: int = 2
+
+
+@dataclass
+class Filter:
+    motions: list[Motion]
+    sensors: list
+    chain: object
+    initial: OnePoint | TwoPoint | Prior
+    mixing: str = "prior"
+    linearisation: str = "ekf"
+    outliers: Outliers | None = None
+    mode_probability: Array | None = None
+
+    def start_probability(self) -> Array:
+        return (
+            self.chain.stationary()
+            if self.mode_probability is None
+            else np.asarray(self.mode_probability, float)
+        )
+
+
+@dataclass
+class Scan:
+    """What is known after one row; `modes` is empty while there is no track."""
+
+    dt: float
+    u: Array | None
+    Pi: Array
+    status: int = NONE
+    modes: list[Mode] = field(default_factory=list)
+    predicted: list[Predicted] = field(default_factory=list)
+    mu: Array | None = None
+    log_likelihood: float = 0.0
+    nis: float = np.nan
+    nis_dof: int = 0
+
+
+@dataclass
+class Row:
+    time: float
+    z: Array
+    R: Array
+    sensor: object
+
+    @property
+    def present(self) -> Array:
+        return ~np.isnan(self.z[: self.sensor.m])
+
+    def fix(self, axes: int) -> Fix | None:
+        if getattr(self.sensor, "axes", 0) < axes:
+            return None
+        found = self.sensor.fix(self.z, self.R)
+        if found is None or np.isnan(found[0]).any() or np.isnan(found[1]).any():
+            return None
+        return Fix(self.time, found[0][:axes], found[1][:axes, :axes])
+
+    def converted(self) -> Row:
+        """The equivalent measurement the update works on; one that is not complete cannot be converted."""
+        if not self.present.all():
+            return self
+        return Row(self.time, *self.sensor.measured(self.z, self.R))
+
+
+class Track:
+    """The filter's memory between rows."""
+
+    def __init__(self, filter: Filter):
+        self.filter = filter
+        self.scans: list[Scan] = []
+        self.first: Fix | None = None  # of a two-point start that waits for its second
+        self.rejected = 0
+        self.count = not isinstance(filter.initial, TwoPoint)
+        self.time: float | None = None
+        self.modes: list[Mode] = []
+        self.mu = filter.start_probability()
+        if isinstance(filter.initial, Prior):
+            self.modes = filter.initial.modes
+
+    def step(self, row: Row, u: Array | None) -> Scan:
+        dt = 0.0 if self.time is None else row.time - self.time
+        self.time = row.time
+        scan = Scan(dt, u, self.filter.chain.over(dt))
+        if not self.modes:
+            self.begin(scan, row)
+        else:
+            self.advance(scan, row)
+        scan.modes, scan.mu = self.modes, self.mu
+        self.scans.append(scan)
+        return scan
+
+    def begin(self, scan: Scan, row: Row) -> None:
+        fix = row.fix(self.filter.motions[0].axes)
+        if fix is None:
+            return
+        self.restart(fix)
+        scan.status = INITIALISED
+        if isinstance(self.filter.initial, TwoPoint):
+            self.first = fix
+
+    def restart(self, fix: Fix) -> None:
+        self.modes = [one_point(m, fix, self.filter.initial.velocity_sd) for m in self.filter.motions]
+        self.mu = self.filter.start_probability()
+        self.rejected = 0
+
+    def advance(self, scan: Scan, row: Row) -> None:
+        f = self.filter
+        c, mixed = mix(f.motions, self.modes, self.mu, scan.Pi, f.mixing)
+        scan.predicted = [
+            predict(m, x.x, x.P, scan.dt, scan.u, f.linearisation)
+            for m, x in zip(f.motions, mixed, strict=True)
+        ]
+        self.mu, self.modes = c, [Mode(p.x, p.P) for p in scan.predicted]
+        scan.status = PREDICTED
+        if not row.present.any():
+            return
+        second = row.fix(f.motions[0].axes) if self.first is not None else None
+        if second is not None and second.time > self.first.time:
+            self.modes = [two_point(m, self.first, second) for m in f.motions]
+            self.mu = f.start_probability()
+            self.first, self.count = None, True
+            scan.status = INITIALISED
+            return
+        self.measure(scan, row, c)
+
+    def measure(self, scan: Scan, row: Row, c: Array) -> None:
+        f, work = self.filter, row.converted()
+        updated = [
+            update(m, work.sensor, p.x, p.P, work.z, work.R, f.linearisation)
+            for m, p in zip(f.motions, scan.predicted, strict=True)
+        ]
+        with np.errstate(divide="ignore"):
+            log_joint = np.log(c) + np.array([u.log_likelihood for u in updated])
+        log_density = logsumexp(log_joint)
+        scan.nis, scan.nis_dof = matched_nis(c, updated, work)
+        if f.outliers is not None:
+            inlier = np.log1p(-f.outliers.share) + log_density
+            outlier = np.log(f.outliers.share) - scan.nis_dof * np.log(f.outliers.extent)
+            scan.log_likelihood = float(np.logaddexp(inlier, outlier))
+            if inlier < outlier:
+                self.reject(scan, row)
+                return
+        else:
+            scan.log_likelihood = float(log_density)
+        self.rejected = 0
+        self.modes, self.mu = [Mode(u.x, u.P) for u in updated], np.exp(log_joint - log_density)
+        scan.status = UPDATED
+
+    def reject(self, scan: Scan, row: Row) -> None:
+        self.rejected += 1
+        scan.status = GATED
+        fix = row.fix(self.filter.motions[0].axes)
+        if self.rejected >= self.filter.outliers.restart_after and fix is not None:
+            self.restart(fix)
+            scan.status = RESTARTED
+
+
+def matched_nis(c: Array, updated: list[Updated], row: Row) -> tuple[float, int]:
+    """nu' S^-1 nu of the moment-matched innovation: nu = sum c_j nu_j, S = sum c_j (S_j + (nu_j - nu)(nu_j -
+    nu)').
+    """
+    angles = np.array([i in row.sensor.angles for i in range(row.sensor.m)])[row.present]
+    nus = np.array([u.innovation for u in updated])
+    nus[:, angles] = nus[0, angles] + wrap(
+        nus[:, angles] - nus[0, angles]
+    )  # near one another, not across the wrap
+    nu = c @ nus
+    S = sum(w * (u.S + np.outer(n - nu, n - nu)) for w, u, n in zip(c, updated, nus, strict=True))
+    nu[angles] = wrap(nu[angles])
+    return float(nu @ np.linalg.solve(S, nu)), len(nu)
+
+
+@dataclass
+class Estimate:
+    """One track's results, as arrays; x and P over the union of the components."""
+
+    x: Array
+    P: Array
+    mode_probability: Array
+    log_likelihood_scan: Array
+    nis: Array
+    nis_dof: Array
+    status: Array
+    scans: list[Scan]
+
+    @property
+    def log_likelihood(self) -> float:
+        return float(self.log_likelihood_scan.sum())
+
+
+def track(filter: Filter, time, z, which=None, R=None, u=None) -> Estimate:
+    """Filter one track: time (N,), z (N, m), which (N,) sensor per row, R (N, m, m) or None, u (N, axes) or
+    None.
+    """
+    run = Track(filter)
+    for k in range(len(time)):
+        sensor = filter.sensors[0 if which is None else which[k]]
+        row = Row(float(time[k]), np.array(z[k][: sensor.m], float), sensor.R if R is None else R[k], sensor)
+        scan = run.step(row, None if u is None else u[k])
+        if run.first is not None or not run.count:
+            scan.log_likelihood = 0.0  # before the second point of a two-point start nothing is counted
+    return estimate(filter, run.scans)
+
+
+def estimate(filter: Filter, scans: list[Scan]) -> Estimate:
+    """Combine each scan's modes; NaN while there is no track."""
+    n = combine(
+        filter.motions, [Mode(np.zeros(m.n), np.eye(m.n)) for m in filter.motions], filter.start_probability()
+    )
+    lost = Mode(np.full(len(n.x), np.nan), np.full(n.P.shape, np.nan))
+    M = len(filter.motions)
+    out = [combine(filter.motions, s.modes, s.mu) if s.modes else lost for s in scans]
+    return Estimate(
+        np.array([m.x for m in out]),
+        np.array([m.P for m in out]),
+        np.array([s.mu if s.modes else np.full(M, np.nan) for s in scans]),
+        np.array([s.log_likelihood for s in scans]),
+        np.array([s.nis for s in scans]),
+        np.array([s.nis_dof for s in scans]),
+        np.array([s.status for s in scans], np.uint8),
+        scans,
+    )
