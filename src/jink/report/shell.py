@@ -1,0 +1,95 @@
+"""The frame that every page shares: template, style, scripts and data in one file that needs nothing else.
+
+Charts are drawn by hand on canvas: Plotly alone is 4.8 MB and slow with tracks whose colour changes along
+the line.
+"""
+
+import html
+import json
+import math
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from importlib import metadata, resources
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+
+from jink.report.arrays import ArrayBlock
+
+_SHARED_SCRIPTS = ("data.js", "format.js", "canvas.js", "table.js")
+
+
+def asset(name: str) -> str:
+    """Text of a file in assets/."""
+    return (resources.files("jink.report") / "assets" / name).read_text(encoding="utf-8")
+
+
+def fill(name: str, **texts: str) -> str:
+    """An HTML asset with its $slots filled; the texts must be HTML already."""
+    return Template(asset(name)).substitute(texts)
+
+
+def escape(value: object) -> str:
+    """Text that is safe in HTML, in elements and in attributes."""
+    return html.escape(str(value), quote=True)
+
+
+def json_text(data: Any) -> str:
+    """JSON that is safe inside a script element; NaN and infinities become null, NumPy arrays lists."""
+    text = json.dumps(_plain(data), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _plain(data: Any) -> Any:
+    if isinstance(data, np.ndarray):
+        return _plain(data.tolist())
+    if isinstance(data, np.generic):
+        return _plain(data.item())
+    if isinstance(data, Mapping):
+        return {str(key): _plain(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_plain(value) for value in data]
+    if isinstance(data, float) and not math.isfinite(data):
+        return None
+    return data
+
+
+def version() -> str:
+    """Version of the installed package."""
+    try:
+        return metadata.version("jink")
+    except metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
+def page(*, title: str, body: str, scripts: Sequence[str], meta: Mapping[str, Any], block: ArrayBlock) -> str:
+    """The HTML text: body (HTML), scripts (assets, after the shared ones), meta (JSON-able) and arrays."""
+    return fill(
+        "shell.html",
+        title=escape(title),
+        version=escape(version()),
+        style=asset("style.css"),
+        body=body,
+        meta=json_text({**meta, "arrays": block.manifest}),
+        block=block.base64(),
+        scripts="\n".join(asset(name) for name in (*_SHARED_SCRIPTS, *scripts)),
+    )
+
+
+def write_page(path: str | os.PathLike[str], text: str) -> None:
+    """Write `text` to `path` at once or not at all."""
+    target = Path(path)
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", errors="replace", newline="\n") as file:
+            file.write(text)
+        umask = os.umask(0)
+        os.umask(umask)
+        os.chmod(name, 0o666 & ~umask)
+        os.replace(name, target)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

@@ -1,0 +1,244 @@
+"""The page of `jink track --report`: plan view, estimates against time, cleaning, consistency."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from jink.report.arrays import ArrayBlock, round_mantissa
+from jink.report.cards import consistency_card, group, summary_cards
+from jink.report.consistency import Consistency, consistency
+from jink.report.curves import Panel, panels
+from jink.report.decimation import keep_rows
+from jink.report.plan import measured_coordinates, plan_coordinates
+from jink.report.rows import STATUSES, TrackRows, read_rows
+from jink.report.shell import escape, fill, page, write_page
+from jink.report.targets import group_median, target_table
+
+_SCRIPTS = ("geometry.js", "plan_draw.js", "plan.js", "chart_draw.js", "panels.js", "charts.js", "tracks.js")
+_BYTES = 5_500_000  # aimed at for the arrays before compression, times two: keeps a page below 8 MB
+_MOST_TARGETS = 5_000
+_GATED_BONUS = 0.05
+
+
+def write_report(
+    tracks: pl.DataFrame,
+    path: str | os.PathLike[str],
+    *,
+    summary: Mapping[str, Any],
+    title: str | None = None,
+) -> None:
+    """Write one HTML file that shows `tracks` and needs no network, no server and no other file.
+
+    tracks: the table that `jink.track` returns (needed: target, time, and latitude, longitude or x, y; the
+    rest is shown when present). summary: counts and settings of the run, nested mappings of plain values,
+    shown as tables. Raises ValueError naming missing columns, OSError when `path` cannot be written. Every
+    number is computed from all rows; only what is drawn is decimated, keeping the shape of every curve.
+    """
+    write_page(path, _page_text(tracks, summary, title or "Tracks"))
+
+
+def _page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str) -> str:
+    every = read_rows(tracks)
+    check = _check(every)
+    cards = consistency_card(check, int(np.sum(every.status == STATUSES.index("gated"))))
+    listed, rows = _limit_targets(every)
+    if rows is not every:
+        check = _check(rows)
+    table = target_table(rows, check)
+    drawing = _draw(rows)
+    meta = {
+        "clock": rows.clock,
+        "same_day": _same_day(rows),
+        "frame": drawing.frame,
+        "modes": rows.modes,
+        "statuses": STATUSES,
+        "targets": {"name": rows.names, **{k: v for k, v in table.items() if k != "start"}},
+        "panels": drawing.panels,
+        "nis_band": _common_band(rows, check),
+        "liveliest": _liveliest(table),
+    }
+    body = fill(
+        "tracks.html",
+        title=escape(title),
+        lede=escape(_lede(every)),
+        consistency=cards,
+        summary=summary_cards(summary),
+        footer=escape(_footer(drawing.drawn, len(every), listed, len(every.names))),
+    )
+    return page(title=title, body=body, scripts=_SCRIPTS, meta=meta, block=drawing.block)
+
+
+def _check(rows: TrackRows) -> Consistency:
+    accepted = rows.status == STATUSES.index("updated")
+    return consistency(rows.target, len(rows.names), rows.column("nis"), rows.column("nis_dof"), accepted)
+
+
+def _limit_targets(rows: TrackRows) -> tuple[int, TrackRows]:
+    """(targets shown, their rows): the longest ones when there are more than a page can list."""
+    if len(rows.names) <= _MOST_TARGETS:
+        return len(rows.names), rows
+    longest = np.argsort(-np.diff(rows.first), kind="stable")[:_MOST_TARGETS]
+    chosen = np.isin(rows.target, longest)
+    time = (
+        pl.from_epoch((pl.col("time") * 1e6).cast(pl.Int64), time_unit="us") if rows.clock else pl.col("time")
+    )
+    return _MOST_TARGETS, read_rows(rows.frame.filter(pl.Series(chosen)).with_columns(time))
+
+
+@dataclass(frozen=True)
+class _Drawing:
+    block: ArrayBlock
+    panels: list[dict[str, Any]]
+    frame: dict[str, float] | None
+    drawn: int
+
+
+def _draw(rows: TrackRows) -> _Drawing:
+    """Decimate and pack what is drawn."""
+    east, north, frame = plan_coordinates(rows)
+    shown = panels(rows)
+    probability = [rows.column(f"probability_{mode}") for mode in rows.modes]
+    manoeuvring = rows.column("manoeuvring")
+    if "manoeuvring" not in rows.frame.columns:
+        manoeuvring = np.zeros(len(rows))
+    per_row = 24 + sum(7 * len(p.curves) for p in shown) + len(probability)
+    keep = _choose(rows, [east, north], shown, manoeuvring, budget=2 * _BYTES // per_row)
+    block = ArrayBlock()
+    first = np.searchsorted(rows.target[keep], np.arange(len(rows.names) + 1))
+    start = rows.time[rows.first[:-1]] if len(rows) else np.zeros(0)
+    block.add("first", first, "i4")
+    block.add("start", start, "f8")
+    block.add("time", (rows.time - start[rows.target])[keep] if len(rows) else start)
+    _add_positions(block, rows, keep, east, north, measured_coordinates(rows, east, north, frame))
+    _add_states(block, rows, keep, manoeuvring, probability)
+    entries = [_add_panel(block, panel, keep) for panel in shown]
+    return _Drawing(block, entries, frame, keep.size)
+
+
+def _choose(
+    rows: TrackRows, position: list[np.ndarray], shown: list[Panel], manoeuvring: np.ndarray, budget: int
+) -> np.ndarray:
+    """Rows to draw: all curves in units of their range within the target, where their sd has settled."""
+    if len(rows) <= budget:
+        return np.arange(len(rows))
+    groups = len(rows.names)
+    extent = np.fmax(*(_spread(p, np.full(len(rows), np.nan), rows, groups) for p in position))
+    series = [p / np.maximum(extent, 1e-9)[rows.target] * 2.0 for p in position] + [manoeuvring]
+    for panel in shown:
+        for curve in panel.curves:
+            spread = _spread(curve.value, curve.sd, rows, groups)
+            noise = group_median(curve.sd, rows.target, groups)
+            scale = np.fmax(np.fmax(spread, 4.0 * noise), 1e-9)[rows.target]
+            limit = 5.0 * noise[rows.target]
+            series.append(np.where(curve.sd > limit, 0.0, curve.value / scale))
+    bonus = np.where(rows.status == STATUSES.index("gated"), _GATED_BONUS, 0.0)
+    return keep_rows(rows.target, rows.time, np.stack(series).astype(np.float32), budget, bonus)
+
+
+def _spread(values: np.ndarray, sd: np.ndarray, rows: TrackRows, groups: int) -> np.ndarray:
+    """Largest minus smallest settled value per target."""
+    noise = group_median(sd, rows.target, groups)[rows.target]
+    usable = np.isfinite(values) & ~(sd > 5.0 * noise)
+    low = np.minimum.reduceat(np.where(usable, values, np.inf), rows.first[:-1])
+    high = np.maximum.reduceat(np.where(usable, values, -np.inf), rows.first[:-1])
+    return np.where(high > low, high - low, np.nan)
+
+
+def _add_positions(
+    block: ArrayBlock,
+    rows: TrackRows,
+    keep: np.ndarray,
+    east: np.ndarray,
+    north: np.ndarray,
+    measured: tuple[np.ndarray, np.ndarray],
+) -> None:
+    """Positions as float32 from the middle of each target: exact to centimetres far from the origin too."""
+    group_of, groups = rows.target, len(rows.names)
+    for axis, values, seen in (("x", east, measured[0]), ("y", north, measured[1])):
+        centre = np.nan_to_num(group_median(values, group_of, groups))
+        name = {"x": "east", "y": "north"}[axis]
+        block.add(f"centre_{axis}", centre, "f8")
+        block.add(name, (values - centre[group_of])[keep])
+        block.add(f"measured_{name}", (seen - centre[group_of])[keep])
+
+
+def _add_states(
+    block: ArrayBlock,
+    rows: TrackRows,
+    keep: np.ndarray,
+    manoeuvring: np.ndarray,
+    probability: list[np.ndarray],
+) -> None:
+    """Status, breaks between parts, NIS, and probabilities in steps of 1/254 (255: unknown)."""
+    fresh = np.ones(len(rows), dtype=np.uint8)
+    fresh[1:] = (np.diff(rows.target) != 0) | (np.diff(rows.part) != 0)
+    broken = np.cumsum(fresh)[keep]
+    block.add("fresh", np.diff(broken, prepend=0) > 0, "u1")
+    block.add("status", rows.status[keep], "u1")
+    for name, values in [("manoeuvring", manoeuvring), *((f"mode{m}", p) for m, p in enumerate(probability))]:
+        code = np.round(np.clip(values[keep], 0.0, 1.0) * 254.0)
+        block.add(name, np.where(np.isfinite(code), code, 255), "u1")
+    if rows.has("nis"):
+        block.add("nis", round_mantissa(rows.column("nis")[keep], 9))
+
+
+def _add_panel(block: ArrayBlock, panel: Panel, keep: np.ndarray) -> dict[str, Any]:
+    curves = []
+    for c, curve in enumerate(panel.curves):
+        value, sd = f"{panel.key}{c}", f"{panel.key}{c}_sd"
+        block.add(value, round_mantissa(curve.value[keep], 16))
+        block.add(sd, round_mantissa(curve.sd[keep], 7))
+        curves.append({"label": curve.label, "value": value, "sd": sd})
+    return {"key": panel.key, "title": panel.title, "quantity": panel.quantity, "curves": curves}
+
+
+def _common_band(rows: TrackRows, check: Consistency) -> tuple[float, float] | None:
+    """The 95 % band for the commonest number of degrees of freedom."""
+    if not check.bands:
+        return None
+    dof = rows.column("nis_dof")
+    return check.bands[max(check.bands, key=lambda k: int(np.sum(dof == k)))]
+
+
+def _liveliest(table: dict[str, np.ndarray]) -> int:
+    """The target to show first: the one that manoeuvred longest."""
+    time = np.nan_to_num(table["manoeuvring"]) * np.maximum(table["duration"], 1e-9)
+    return int(np.argmax(time)) if time.size else -1
+
+
+def _same_day(rows: TrackRows) -> bool:
+    """Whether all rows are of one UTC day, so that times need no dates."""
+    return rows.clock and len(rows) > 0 and rows.time.min() // 86400 == rows.time.max() // 86400
+
+
+def _lede(rows: TrackRows) -> str:
+    if len(rows) == 0:
+        return "no tracks"
+    text = [
+        f"{group(len(rows.names))} target{'s' if len(rows.names) > 1 else ''}",
+        f"{group(len(rows))} rows",
+    ]
+    low, high = float(rows.time.min()), float(rows.time.max())
+    if rows.clock:
+        begin, end = (pl.Series([int(t * 1e6)]).cast(pl.Datetime("us"))[0] for t in (low, high))
+        same = begin.date() == end.date()
+        text.append(f"{begin:%Y-%m-%d %H:%M} to {end:{'%H:%M' if same else '%Y-%m-%d %H:%M'}} UTC")
+    else:
+        text.append(f"{low:.6g} s to {high:.6g} s")
+    return " · ".join(text)
+
+
+def _footer(drawn: int, total: int, listed: int, targets: int) -> str:
+    if drawn == total:
+        text = f"All {group(total)} rows are drawn."
+    else:
+        text = f"{group(drawn)} of {group(total)} rows are drawn, chosen to keep the shape of every curve; "
+        text += "every number is computed from all rows."
+    if listed < targets:
+        text += f" Of {group(targets)} targets the {group(listed)} with most rows are shown;"
+        text += " the consistency is that of all."
+    return text

@@ -1,0 +1,267 @@
+"""The page opened in headless Chromium. A machine without a browser or playwright skips this, saying so."""
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from jink.report import write_report
+
+sync_api = pytest.importorskip(
+    "playwright.sync_api", reason="playwright is not installed: the page is not opened in a browser"
+)
+
+_FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+
+
+def chromium_path() -> str | None:
+    """Path of an installed Chromium or Chrome, JINK_CHROMIUM first."""
+    names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+    return os.environ.get("JINK_CHROMIUM") or next((p for p in map(shutil.which, names) if p), None)
+
+
+@dataclass
+class Opened:
+    """A page and everything it complained about or asked for."""
+
+    page: "sync_api.Page"
+    complaints: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+
+    def chosen(self) -> str:
+        return self.page.locator("#chosen").inner_text()
+
+    def value(self, panel: str) -> str:
+        return self.page.locator(f'[data-panel="{panel}"]').inner_text()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator["sync_api.Browser"]:
+    path = chromium_path()
+    if path is None:
+        pytest.skip(
+            "no Chromium or Chrome found (set JINK_CHROMIUM to its path): the page is not opened in a browser"
+        )
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=path, args=_FLAGS)
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def look(browser, tmp_path: Path) -> Iterator[Callable[..., Opened]]:
+    """look(tracks, summary, **options): write the page, open it, wait until it is drawn."""
+    contexts = []
+
+    def open_page(
+        tracks: pl.DataFrame, summary=None, *, size=(1280, 800), anchor="", dark=False, **options
+    ) -> Opened:
+        path = tmp_path / "page.html"
+        write_report(tracks, path, summary=summary or {}, **options)
+        scheme = "dark" if dark else "light"
+        width, height = size
+        context = browser.new_context(
+            viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce"
+        )
+        contexts.append(context)
+        opened = Opened(context.new_page())
+        opened.page.on("console", lambda m: opened.complaints.append(f"{m.type}: {m.text}"))
+        opened.page.on("pageerror", lambda e: opened.complaints.append(f"error: {e}"))
+        opened.page.on("request", lambda r: opened.requests.append(r.url))
+        opened.page.goto(path.as_uri() + anchor)
+        opened.page.wait_for_selector("html[data-ready]", state="attached", timeout=20_000)
+        opened.page.wait_for_timeout(100)
+        return opened
+
+    yield open_page
+    for context in contexts:
+        context.close()
+
+
+def click_track(opened: Opened, target: str) -> None:
+    """Click in the plan view on the middle row of `target`, found through the page's own projection."""
+    opened.page.locator("#plan").scroll_into_view_if_needed()
+    x, y = opened.page.evaluate("(name) => window.jinkPage.whereIs(name)", target)
+    box = opened.page.locator("#plan").bounding_box()
+    assert box is not None and 0 < x < box["width"] and 0 < y < box["height"]
+    opened.page.mouse.click(box["x"] + x, box["y"] + y)
+    opened.page.wait_for_timeout(50)
+
+
+def test_a_target_chosen_by_a_click_in_the_table(look, tracks, summary):
+    frame = tracks(6, 300)
+    opened = look(frame, summary, title="Six flights")
+    assert opened.page.locator("#list tbody tr").count() == 6
+    first = opened.chosen()
+    row = opened.page.locator("#list tbody tr:not([aria-current])").first
+    name = row.locator("button").inner_text()
+    row.click()
+    assert opened.chosen() == name != first
+    assert opened.page.locator("#list tr[aria-current=true] button").inner_text() == name
+    assert opened.page.url.endswith(f"#target={name}")
+    assert opened.complaints == []
+    assert [u for u in opened.requests if not u.startswith("file:///")] == [] and len(opened.requests) == 1
+
+
+def test_a_target_chosen_by_a_click_on_its_track(look, tracks):
+    frame = tracks(5, 300)
+    opened = look(frame)
+    for name in frame["target"].unique().sort().to_list()[:3]:
+        opened.page.click("#plan-all")
+        opened.page.wait_for_timeout(50)
+        click_track(opened, name)
+        assert opened.chosen() == name
+    assert opened.complaints == []
+
+
+def test_charts_show_values_at_the_cursor_and_zoom_in_time(look, tracks):
+    opened = look(tracks(3, 400))
+    page = opened.page
+    box = page.locator("#charts").bounding_box()
+    assert box
+    assert opened.value("speed") == ""
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 80)
+    assert "±" in opened.value("speed") and opened.value("speed").endswith("m/s")
+    assert opened.value("modes").count(" · ") == 2
+    assert page.locator("#time-all").is_disabled()
+    page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 80)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 80, steps=3)
+    page.mouse.up()
+    assert page.locator("#time-all").is_enabled()
+    low, high, start, end = page.evaluate("() => window.jinkPage.timeWindow()")
+    assert start < low < high < end and (high - low) < 0.3 * (end - start)
+    page.click("#time-all")
+    assert page.evaluate("() => window.jinkPage.timeWindow()")[:2] == [start, end]
+    assert opened.complaints == []
+
+
+def test_keyboard_alone(look, tracks):
+    opened = look(tracks(4, 200))
+    page = opened.page
+    page.locator("#list tbody tr button").first.focus()
+    page.keyboard.press("ArrowDown")
+    assert opened.chosen() == page.locator("#list tbody tr button").nth(1).inner_text()
+    page.locator("#charts canvas.over").focus()
+    page.keyboard.press("ArrowRight")
+    assert "m/s" in opened.value("speed")
+    page.keyboard.press("+")
+    assert page.locator("#time-all").is_enabled()
+    page.keyboard.press("0")
+    assert page.locator("#time-all").is_disabled()
+    before = page.evaluate("() => window.jinkPage.view()")
+    page.locator("#plan canvas.over").focus()
+    page.keyboard.press("+")
+    assert page.evaluate("() => window.jinkPage.view()")["k"] > before["k"]
+    assert opened.complaints == []
+
+
+def test_table_sorts_and_finds(look, tracks):
+    opened = look(tracks(8, 200))
+    page = opened.page
+    heads = page.locator("#list th")
+    assert heads.nth(0).get_attribute("aria-sort") == "ascending"
+    heads.nth(4).locator("button").click()
+    speeds = [float(s) for s in page.locator("#list tbody tr td:nth-child(5)").all_inner_texts()]
+    assert speeds == sorted(speeds, reverse=True) and heads.nth(4).get_attribute("aria-sort") == "descending"
+    heads.nth(4).locator("button").click()
+    assert [float(s) for s in page.locator("#list tbody tr td:nth-child(5)").all_inner_texts()] == sorted(
+        speeds
+    )
+    name = page.locator("#list tbody tr button").nth(2).inner_text()
+    page.fill("#find", name.upper())
+    assert page.locator("#list tbody tr button").all_inner_texts() == [name]
+    assert opened.complaints == []
+
+
+def test_units_and_colours(look, tracks):
+    opened = look(tracks(2, 100))
+    page = opened.page
+    metric = float(page.locator("#list tbody tr td:nth-child(5)").first.inner_text())
+    page.select_option("#units", "nautical")
+    assert float(page.locator("#list tbody tr td:nth-child(5)").first.inner_text()) == pytest.approx(
+        metric * 1.9438, rel=0.01
+    )
+    page.select_option("#colour", "speed")
+    assert page.locator("#legend-high").inner_text().endswith("kt")
+    assert opened.complaints == []
+
+
+def test_a_name_that_looks_like_html(look, tracks):
+    nasty = '</script><b>"&amp;\u2028'
+    frame = tracks(2, 60)
+    names = pl.when(pl.col("target") == frame["target"][0]).then(pl.lit(nasty)).otherwise(pl.lit("plain"))
+    opened = look(frame.with_columns(target=names), {nasty: {nasty: nasty}}, title=nasty)
+    page = opened.page
+    page.locator("#list tbody tr", has_text="plain").click()
+    page.locator("#list tbody tr", has_text="script").click()
+    assert page.evaluate("() => document.documentElement.dataset.chosen") == nasty
+    assert page.locator("#list b, .cards b, h1 b").count() == 0
+    assert opened.complaints == []
+
+
+def test_opened_at_a_target(look, tracks):
+    frame = tracks(4, 60).with_columns(target=pl.lit("häß 1/") + pl.col("target"))
+    name = frame["target"][-1]
+    opened = look(
+        frame, anchor=f"#target={name.replace('ä', '%C3%A4').replace('ß', '%C3%9F').replace(' ', '%20')}"
+    )
+    assert opened.chosen() == name
+    assert opened.complaints == []
+
+
+CASES = {
+    "metres only, no altitude, no clock": lambda t: t(3, 100, geographic=False, altitude=False, clock=False),
+    "one target": lambda t: t(1, 100),
+    "one row": lambda t: t(1, 1),
+    "many single rows": lambda t: t(40, 1),
+    "no rows": lambda t: t(1, 3).clear(),
+    "date line": lambda t: t(3, 100, centre=(0.0, 179.9)),
+    "far north": lambda t: t(3, 100, centre=(89.0, 10.0)),
+    "all missing": lambda t: (f := t(2, 50)).with_columns(
+        pl.lit(None, dtype=pl.Float64).alias(c) for c in f.columns if f[c].dtype.is_float()
+    ),
+    "holes": lambda t: (f := t(2, 200)).with_columns(
+        pl.when(pl.int_range(pl.len()) % 17 < 5).then(None).otherwise(pl.col(c)).alias(c)
+        for c in f.columns
+        if f[c].dtype.is_float()
+    ),
+    "bare columns": lambda t: t(2, 50).select("target", "time", "latitude", "longitude"),
+    "one instant": lambda t: t(1, 20).with_columns(time=pl.lit(5.0)),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
+def test_odd_tables_open_without_complaint(look, tracks, case, size):
+    opened = look(CASES[case](tracks), size=size, dark=size[0] < 500)
+    page = opened.page
+    if page.locator("#list tbody tr").count():
+        page.locator("#list tbody tr").last.click()
+        page.click("#time-in")
+        page.click("#plan-all")
+        page.wait_for_timeout(50)
+        assert opened.chosen()
+        assert all(abs(v) < 1e12 for v in page.evaluate("() => Object.values(window.jinkPage.view())"))
+    assert page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth")
+    assert opened.complaints == []
+
+
+def test_two_hundred_flights_open_quickly(look, tracks, summary):
+    opened = look(tracks(200, 1500), summary, size=(1920, 1080))
+    page = opened.page
+    taken = page.evaluate(
+        """() => { const begin = performance.now(); for (let i = 0; i < 5; i++) window.jinkPage.redraw();
+                   return (performance.now() - begin) / 5; }"""
+    )
+    assert taken < 500
+    page.locator("#list tbody tr").nth(20).click()
+    assert opened.chosen() == page.locator("#list tbody tr").nth(20).locator("button").inner_text()
+    assert opened.complaints == []
