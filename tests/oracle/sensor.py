@@ -1,8 +1,8 @@
 """Sensors: z = h(position, velocity) + e, e ~ N(0, R). Azimuth is clockwise from +y (north): atan2(dx, dy).
 
-Each sensor gives h, its Jacobian with respect to position and velocity, which components are angles, and a
-position fix (for initialisation). `measured(z, R)` is what the update works on: (z, R, sensor) of the
-equivalent measurement.
+Each sensor gives h, its Jacobian with respect to position and velocity, which components are angles, what
+`kinds` they are of (p position, v velocity, a angle), and a position fix (for initialisation). `measured(z,
+R)` is what the update works on: (z, R, sensor) of the equivalent measurement.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ class Position:
 
     def __init__(self, axes=2, sd=None, covariance=None):
         self.axes = self.m = axes
+        self.kinds = "p" * axes
         if covariance is None:
             covariance = np.diag(np.broadcast_to(np.asarray(sd, float), (axes,)) ** 2)
         self.R = np.asarray(covariance, float)
@@ -48,6 +49,7 @@ class PositionVelocity:
 
     def __init__(self, axes=2, sd=None, velocity_sd=None):
         self.axes, self.m = axes, 2 * axes
+        self.kinds = "p" * axes + "v" * axes
         sd = np.broadcast_to(np.asarray(sd, float), (axes,))
         velocity_sd = np.broadcast_to(np.asarray(velocity_sd, float), (axes,))
         self.R = np.diag(np.r_[sd, velocity_sd] ** 2)
@@ -71,6 +73,7 @@ class Bearing:
 
     angles = (0,)
     m = 1
+    kinds = "a"
 
     def __init__(self, sd, site=(0.0, 0.0)):
         self.R = np.array([[float(sd) ** 2]])
@@ -123,6 +126,7 @@ class Polar:
             self.site[: len(site)] = site
         self.method = method
         self.angles = (1, 2) if self.third == "elevation" else (1,)
+        self.kinds = "pa" + {"elevation": "a", "height": "p", None: ""}[self.third] + "v" * self.rate
 
     def relative(self, position):
         return position - self.site[: len(position)]

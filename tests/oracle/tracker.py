@@ -27,9 +27,18 @@ NONE, UPDATED, PREDICTED, GATED, RESTARTED, INITIALISED = range(6)
 
 @dataclass
 class Outliers:
+    """A uniform density over the extent of each component: a length, a speed or the full circle."""
+
     share: float = 0.01
     extent: float = 1e5
     restart_after: int = 2
+    velocity_extent: float = 1e3
+
+    def log_density(self, row: Row) -> float:
+        extents = {"p": self.extent, "v": self.velocity_extent, "a": 2 * np.pi}
+        return -sum(
+            np.log(extents[kind]) for kind, there in zip(row.sensor.kinds, row.present, strict=True) if there
+        )
 
 
 @dataclass
@@ -166,7 +175,7 @@ class Track:
         scan.nis, scan.nis_dof = matched_nis(c, updated, work)
         if f.outliers is not None:
             inlier = np.log1p(-f.outliers.share) + log_density
-            outlier = np.log(f.outliers.share) - scan.nis_dof * np.log(f.outliers.extent)
+            outlier = np.log(f.outliers.share) + f.outliers.log_density(work)
             scan.log_likelihood = float(np.logaddexp(inlier, outlier))
             if inlier < outlier:
                 self.reject(scan, row)
@@ -181,7 +190,7 @@ class Track:
         self.rejected += 1
         scan.status = GATED
         fix = row.fix(self.filter.motions[0].axes)
-        if self.rejected >= self.filter.outliers.restart_after and fix is not None:
+        if 0 < self.filter.outliers.restart_after <= self.rejected and fix is not None:
             self.restart(fix)
             scan.status = RESTARTED
 
