@@ -1,0 +1,113 @@
+// The number types the filters run on, and the few operations they need.
+//
+// Every kernel is a template over a number T: `double` (one track) or `Pack` (one track per vector lane).
+// Comparisons give a mask; `select(mask, a, b)` chooses lane by lane. NaN means "missing" and must propagate,
+// so nothing here may be compiled with -ffast-math.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+#ifndef JINK_LANES
+#define JINK_LANES 2
+#endif
+#ifndef JINK_LEVEL
+#define JINK_LEVEL baseline
+#endif
+
+#define JINK_INLINE inline __attribute__((always_inline))
+#define JINK_UNROLL _Pragma("GCC unroll 16")
+
+namespace jink::inline JINK_LEVEL {
+
+inline constexpr int lanes = JINK_LANES;
+typedef double Pack __attribute__((vector_size(8 * JINK_LANES)));
+typedef std::int64_t PackMask __attribute__((vector_size(8 * JINK_LANES)));
+
+template <class T> struct NumberTraits;
+template <> struct NumberTraits<double> {
+    using Mask = bool;
+    using Bits = std::int64_t;
+    static constexpr int width = 1;
+};
+template <> struct NumberTraits<Pack> {
+    using Mask = PackMask;
+    using Bits = PackMask;
+    static constexpr int width = lanes;
+};
+template <class T> using Mask = typename NumberTraits<T>::Mask;
+template <class T> using Bits = typename NumberTraits<T>::Bits;
+template <class T> inline constexpr int width = NumberTraits<T>::width;
+
+template <class T> JINK_INLINE T splat(double value) {
+    if constexpr (width<T> == 1) return T(value);
+    else return value - T{};
+}
+
+template <class T> JINK_INLINE Mask<T> splat_mask(bool value) {
+    if constexpr (width<T> == 1) return value;
+    else return Mask<T>{} - (value ? 1 : 0);
+}
+
+template <class T> JINK_INLINE T select(Mask<T> mask, T yes, T no) { return mask ? yes : no; }
+
+JINK_INLINE bool inverse(bool mask) { return !mask; }
+JINK_INLINE PackMask inverse(PackMask mask) { return ~mask; }
+JINK_INLINE bool any(bool mask) { return mask; }
+JINK_INLINE bool all(bool mask) { return mask; }
+
+JINK_INLINE bool any(PackMask mask) {
+    std::int64_t seen = 0;
+    JINK_UNROLL
+    for (int l = 0; l < lanes; ++l) seen |= mask[l];
+    return seen != 0;
+}
+JINK_INLINE bool all(PackMask mask) { return !any(~mask); }
+
+JINK_INLINE double lane(double value, int) { return value; }
+JINK_INLINE double lane(Pack value, int l) { return value[l]; }
+JINK_INLINE bool lane(bool mask, int) { return mask; }
+JINK_INLINE bool lane(PackMask mask, int l) { return mask[l] != 0; }
+JINK_INLINE void set_lane(double &value, int, double to) { value = to; }
+JINK_INLINE void set_lane(Pack &value, int l, double to) { value[l] = to; }
+JINK_INLINE void set_lane(bool &mask, int, bool to) { mask = to; }
+JINK_INLINE void set_lane(PackMask &mask, int l, bool to) { mask[l] = to ? -1 : 0; }
+
+template <class T> JINK_INLINE T load(const double *from) {
+    T value;
+    std::memcpy(&value, from, sizeof(T));
+    return value;
+}
+template <class T> JINK_INLINE void store(double *to, T value) { std::memcpy(to, &value, sizeof(T)); }
+
+template <class T> JINK_INLINE Mask<T> is_nan(T x) { return x != x; }
+template <class T> JINK_INLINE T nan_of() { return splat<T>(std::numeric_limits<double>::quiet_NaN()); }
+template <class T> JINK_INLINE T larger(T a, T b) { return select<T>(a > b, a, b); }
+template <class T> JINK_INLINE T smaller(T a, T b) { return select<T>(a < b, a, b); }
+
+JINK_INLINE double square_root(double x) { return std::sqrt(x); }
+JINK_INLINE Pack square_root(Pack x) {
+    Pack root;
+    JINK_UNROLL
+    for (int l = 0; l < lanes; ++l) root[l] = __builtin_sqrt(x[l]);
+    return root;
+}
+
+template <class T> JINK_INLINE Bits<T> to_bits(T x) {
+    Bits<T> bits;
+    std::memcpy(&bits, &x, sizeof(T));
+    return bits;
+}
+template <class T> JINK_INLINE T from_bits(Bits<T> bits) {
+    T x;
+    std::memcpy(&x, &bits, sizeof(T));
+    return x;
+}
+
+template <class T> JINK_INLINE T magnitude(T x) {
+    return from_bits<T>(to_bits(x) & std::int64_t(0x7fffffffffffffff));
+}
+
+}  // namespace jink::inline JINK_LEVEL

@@ -1,0 +1,399 @@
+// One scan of one track (or one pack of tracks): mix, predict, update, weigh. What combine.hpp makes of it goes out.
+#pragma once
+
+#include "composition.hpp"
+
+namespace jink::inline JINK_LEVEL {
+
+enum class Status : unsigned char { none, updated, predicted, gated, restarted, initialised };
+
+// Everything a track carries from scan to scan.
+template <class T> struct TrackState {
+    std::vector<T> arena;        // a zero, the priors, then each mode's x and packed P after its last update
+    std::vector<T> probability;  // of each mode
+    T time, last_accepted, rejections;
+    T first[3], first_P[6], first_time;  // the first position, while waiting for a second
+    Mask<T> started, running;    // has a state; its initialisation is complete
+    bool settled;                // all lanes are running
+
+    explicit TrackState(const Composition<T> &c) { reset(c); }
+
+    void reset(const Composition<T> &c) {
+        const T zero = splat<T>(0.0);
+        arena.assign(c.arena_size, zero);
+        int prior = 1;
+        for (const auto &m : c.modes) {
+            for (int i = 0; i < m.shape.n; ++i) {
+                arena[prior + i] = m.prior_variance[i];
+                arena[m.place + m.shape.n + packed(i, i)] = splat<T>(1.0);
+            }
+            prior += m.shape.n;
+        }
+        probability = c.initial_probability;
+        time = last_accepted = rejections = first_time = zero;
+        for (auto &value : first) value = zero;
+        for (auto &value : first_P) value = zero;
+        started = running = splat_mask<T>(false);
+        settled = false;
+    }
+};
+
+// One scan as it comes in. Lanes whose track has ended are not `active`.
+template <class T> struct Scan {
+    T time;
+    Mask<T> active;
+    T z[largest_measurement], R[packed_size(largest_measurement)];
+    bool own_noise = false, own_full = false;  // R given with the row: variances, or packed covariance
+    int sensor[width<T>] = {};                 // of each lane
+    bool mixed_sensors = false;                // lanes differ
+    const T *input = nullptr;                  // known acceleration per axis
+};
+
+// What a scan says of itself, per lane.
+template <class T> struct Outcome {
+    T log_likelihood, dof, nis;
+    T pit[largest_measurement];
+    Mask<T> measured, gated, restarted, initialised;
+};
+
+enum Detail { plain = 0, with_nis = 1, with_pit = 2 };
+
+template <class T> class Step {
+  public:
+    explicit Step(const Composition<T> &composition) : c(composition) {
+        const int m = c.count;
+        predicted.resize(c.arena_size);
+        pi.resize(m * m), weights.resize(m * m), prior.resize(m), score.resize(m), log_prior.resize(m);
+        coefficients.resize(m * largest_coefficients);
+        innovations.resize(m);
+        last_dt = nan_of<T>();
+    }
+
+    const Composition<T> &c;
+    std::vector<T> predicted;  // each mode's x- and P-, at the mode's place
+    std::vector<T> prior;      // mode probabilities before the measurement
+
+    // Elapsed-time coefficients and transition matrix; kept while the step stays the same.
+    void elapse(T dt) {
+        if (all(dt == last_dt)) return;
+        last_dt = dt;
+        for (int j = 0; j < c.count; ++j)
+            c.modes[j].kernels.prepare(c.modes[j].motion, dt, c.modes[j].parameters.data(), coefficient(j));
+        c.transition.over(dt, pi.data());
+    }
+    const T *coefficient(int j) const { return &coefficients[j * largest_coefficients]; }
+    T *coefficient(int j) { return &coefficients[j * largest_coefficients]; }
+    const T *transition() const { return pi.data(); }
+
+    void propagate(TrackState<T> &s, T dt, const T *input) {
+        elapse(dt);
+        const int m = c.count;
+        if (m == 1) {
+            prior[0] = splat<T>(1.0);
+            c.modes[0].kernels.predict(&s.arena[c.modes[0].place], coefficient(0), input, &predicted[c.modes[0].place]);
+            return;
+        }
+        const T least = splat<T>(1e-100);  // a mode never dies for good
+        for (int j = 0; j < m; ++j) prior[j] = splat<T>(0.0);
+        for (int i = 0; i < m; ++i) {
+            const T mu = larger<T>(s.probability[i], least);
+            for (int j = 0; j < m; ++j) weights[j * m + i] = pi[i * m + j] * mu, prior[j] = prior[j] + weights[j * m + i];
+        }
+        for (int j = 0; j < m; ++j) {
+            const Mode<T> &mode = c.modes[j];
+            const T over = 1.0 / prior[j];
+            for (int i = 0; i < m; ++i) weights[j * m + i] = weights[j * m + i] * over;
+            T *at = &predicted[mode.place];
+            mode.mix(s.arena.data(), mode.sources.data(), &weights[j * m], m, at);
+            mode.kernels.predict(at, coefficient(j), input, at);
+        }
+    }
+
+    Outcome<T> step(TrackState<T> &s, const Scan<T> &scan, int detail) {
+        Outcome<T> out;
+        const T zero = splat<T>(0.0);
+        if (c.declared.coast > 0.0) {
+            const Mask<T> lost = s.started & (scan.time - s.last_accepted > splat<T>(c.declared.coast));
+            if (any(lost)) s.started = s.started & inverse(lost), s.running = s.running & inverse(lost), s.settled = false;
+        }
+        T dt = scan.time - s.time;
+        if (!s.settled) dt = select<T>(s.started, dt, zero);
+        dt = select<T>(scan.active, dt, zero);
+        propagate(s, dt, scan.input);
+        s.time = select<T>(scan.active, scan.time, s.time);
+        Measurement<T> m;
+        if (!scan.mixed_sensors) {
+            measure(scan, c.sensors[scan.sensor[0]], splat_mask<T>(true), m);
+            update_modes(s, c.sensors[scan.sensor[0]], m, detail, &predicted);
+            finish(s, scan, c.sensors[scan.sensor[0]], m, detail, out);
+        } else {
+            several(s, scan, detail, out);
+        }
+        return out;
+    }
+
+  private:
+    std::vector<T> pi, weights, score, log_prior, coefficients;
+    std::vector<Innovation<T>> innovations;
+    T last_dt;
+
+    // The measurement as the sensor's update wants it; a converted one becomes a position with a full covariance.
+    void measure(const Scan<T> &scan, const Sensor<T> &sensor, Mask<T> lanes_of_it, Measurement<T> &m) const {
+        const SensorSpec &spec = sensor.spec;
+        const Mask<T> usable = scan.active & lanes_of_it;
+        for (int r = 0; r < spec.rows; ++r) m.z[r] = scan.z[r], m.present[r] = usable & inverse(is_nan(scan.z[r]));
+        m.full = scan.own_noise ? scan.own_full : spec.correlated;
+        const T *noise = scan.own_noise ? scan.R : sensor.noise.data();
+        const int terms = m.full ? packed_size(spec.rows) : spec.rows;
+        for (int k = 0; k < terms; ++k) m.R[k] = noise[k];
+        if (!sensor.converted) return;
+        const Fix<T> fix = position_fix(spec, m);
+        for (int a = 0; a < spec.axes; ++a) m.z[a] = fix.p[a], m.present[a] = fix.position;
+        for (int k = 0; k < packed_size(spec.axes); ++k) m.R[k] = fix.P[k];
+        m.full = true;
+    }
+
+    static SensorSpec seen(const Sensor<T> &sensor) {
+        SensorSpec spec = sensor.spec;
+        if (sensor.converted) spec.kind = SensorKind::position, spec.rows = spec.axes;
+        return spec;
+    }
+
+    void update_modes(TrackState<T> &s, const Sensor<T> &sensor, const Measurement<T> &m, int detail, const std::vector<T> *from) {
+        const SensorSpec spec = seen(sensor);
+        for (int j = 0; j < c.count; ++j) {
+            const Mode<T> &mode = c.modes[j];
+            const UpdateKernels<T> &k = mode.update;
+            UpdateKernel<T> kernel = k.general;
+            if (spec.linear() && !m.full) kernel = spec.kind == SensorKind::position ? k.position : k.position_velocity;
+            else if (!spec.linear() && c.declared.unscented) kernel = k.unscented;
+            kernel(spec, m, &(*from)[mode.place], &s.arena[mode.place], innovations[j], detail != plain);
+        }
+    }
+
+    // Lanes with different sensors: each sensor's lanes are stepped as if they were alone, the others kept.
+    void several(TrackState<T> &s, const Scan<T> &scan, int detail, Outcome<T> &out) {
+        const TrackState<T> before = s;
+        TrackState<T> after = s;
+        for (int sensor = 0; sensor < int(c.sensors.size()); ++sensor) {
+            Mask<T> mine = splat_mask<T>(false);
+            for (int l = 0; l < width<T>; ++l) set_lane(mine, l, scan.sensor[l] == sensor);
+            if (!any(mine)) continue;
+            TrackState<T> trial = before;
+            Outcome<T> part;
+            Measurement<T> m;
+            measure(scan, c.sensors[sensor], mine, m);
+            update_modes(trial, c.sensors[sensor], m, detail, &predicted);
+            finish(trial, scan, c.sensors[sensor], m, detail, part);
+            merge(mine, trial, part, after, out);
+        }
+        s = after;
+        s.settled = all(s.running);
+    }
+
+    void merge(Mask<T> mine, const TrackState<T> &from, const Outcome<T> &part, TrackState<T> &to, Outcome<T> &out) const {
+        const auto take = [&](T &a, const T &b) { a = select<T>(mine, b, a); };
+        const auto take_mask = [&](Mask<T> &a, Mask<T> b) { a = (a & inverse(mine)) | (b & mine); };
+        for (int k = 0; k < c.arena_size; ++k) take(to.arena[k], from.arena[k]);
+        for (int j = 0; j < c.count; ++j) take(to.probability[j], from.probability[j]);
+        take(to.last_accepted, from.last_accepted), take(to.first_time, from.first_time), take(to.rejections, from.rejections);
+        for (int k = 0; k < 3; ++k) take(to.first[k], from.first[k]);
+        for (int k = 0; k < 6; ++k) take(to.first_P[k], from.first_P[k]);
+        take_mask(to.started, from.started), take_mask(to.running, from.running);
+        take(out.log_likelihood, part.log_likelihood), take(out.dof, part.dof), take(out.nis, part.nis);
+        for (int r = 0; r < largest_measurement; ++r) take(out.pit[r], part.pit[r]);
+        take_mask(out.measured, part.measured), take_mask(out.gated, part.gated);
+        take_mask(out.restarted, part.restarted), take_mask(out.initialised, part.initialised);
+    }
+
+    // Bayes' rule over the modes, gating, and the start of tracks that need one.
+    void finish(TrackState<T> &s, const Scan<T> &scan, const Sensor<T> &sensor, const Measurement<T> &m, int detail, Outcome<T> &out) {
+        const SensorSpec spec = seen(sensor);
+        const T zero = splat<T>(0.0);
+        T dof = zero, log_outlier = zero;
+        for (int r = 0; r < spec.rows; ++r) {
+            dof = dof + select<T>(m.present[r], splat<T>(1.0), zero);
+            if (c.declared.outlier_share > 0.0)
+                log_outlier = log_outlier - select<T>(m.present[r], splat<T>(sensor.log_extent[r]), zero);
+        }
+        out.dof = dof;
+        out.measured = dof > zero;
+        out.gated = out.restarted = out.initialised = splat_mask<T>(false);
+        if (detail & with_nis) out.nis = matched_nis(spec.rows, m.present);
+        if (detail & with_pit) transform(spec.rows, m.present, out.pit);
+        weigh(s, dof, out);
+        if (c.declared.outlier_share > 0.0) gate(s, log_outlier, out);
+        s.last_accepted = select<T>(out.measured & inverse(out.gated), s.time, s.last_accepted);
+        if (!s.settled || any(out.restarted)) begin(s, sensor.spec, scan, sensor, out);
+    }
+
+    void weigh(TrackState<T> &s, T dof, Outcome<T> &out) {
+        constexpr double log_two_pi = 1.83787706640934548356;
+        const int n = c.count;
+        if (n == 1) {
+            out.log_likelihood = -0.5 * (innovations[0].nis + logarithm<T>(innovations[0].det) + log_two_pi * dof);
+        } else {
+            T most = splat<T>(-std::numeric_limits<double>::infinity());
+            for (int j = 0; j < n; ++j) {
+                score[j] = 0.5 * (logarithm<T>(prior[j] * prior[j] / innovations[j].det) - innovations[j].nis);
+                most = larger<T>(score[j], most);
+            }
+            T sum = splat<T>(0.0);
+            for (int j = 0; j < n; ++j) s.probability[j] = exponential<T>(score[j] - most), sum = sum + s.probability[j];
+            const T over = 1.0 / sum;
+            for (int j = 0; j < n; ++j) s.probability[j] = s.probability[j] * over;
+            out.log_likelihood = most + logarithm<T>(sum) - 0.5 * log_two_pi * dof;
+        }
+        out.log_likelihood = select<T>(out.measured, out.log_likelihood, splat<T>(0.0));
+    }
+
+    // A measurement is either the target's, with the innovation's density over all modes, or an outlier, uniform over the
+    // sensor's extent. The likelihood is that of the mixture; at run time the likelier of the two is believed.
+    void gate(TrackState<T> &s, T log_outlier, Outcome<T> &out) {
+        const double share = c.declared.outlier_share;
+        const T target = out.log_likelihood + std::log1p(-share), outlier = log_outlier + std::log(share);
+        const T high = larger<T>(target, outlier), low = smaller<T>(target, outlier);
+        const T mixture = high + logarithm<T>(1.0 + exponential<T>(low - high));
+        out.log_likelihood = select<T>(out.measured, mixture, out.log_likelihood);
+        out.gated = out.measured & (target < outlier) & s.running;
+        s.rejections = select<T>(out.measured, select<T>(out.gated, s.rejections + 1.0, splat<T>(0.0)), s.rejections);
+        if (!any(out.gated)) return;
+        for (int j = 0; j < c.count; ++j) {
+            const Mode<T> &mode = c.modes[j];
+            for (int k = mode.place; k < mode.place + mode.size(); ++k)
+                s.arena[k] = select<T>(out.gated, predicted[k], s.arena[k]);
+            s.probability[j] = select<T>(out.gated, prior[j], s.probability[j]);
+        }
+        if (c.declared.restart_after > 0)
+            out.restarted = out.gated & (s.rejections >= splat<T>(c.declared.restart_after));
+    }
+
+    // NIS of the innovation moment-matched over the modes.
+    T matched_nis(int rows, const Mask<T> *present) const {
+        T y[largest_measurement], S[packed_size(largest_measurement)], L[packed_size(largest_measurement)];
+        const T zero = splat<T>(0.0);
+        for (int r = 0; r < rows; ++r) {
+            y[r] = zero;
+            for (int j = 0; j < c.count; ++j) y[r] = y[r] + prior[j] * innovations[j].y[r];
+        }
+        for (int r = 0; r < rows; ++r)
+            for (int q = 0; q <= r; ++q) {
+                T sum = zero;
+                for (int j = 0; j < c.count; ++j) {
+                    const Innovation<T> &v = innovations[j];
+                    sum = sum + prior[j] * (v.joint[packed(r, q)] + (v.y[r] - y[r]) * (v.y[q] - y[q]));
+                }
+                S[packed(r, q)] = sum;
+            }
+        cholesky<T>(rows, S, L);
+        solve_lower<T>(rows, L, y);
+        T nis = zero;
+        for (int r = 0; r < rows; ++r) nis = nis + select<T>(present[r], y[r] * y[r], zero);
+        return nis;
+    }
+
+    // Rosenblatt's transform of the measurement under the mixture: independent and uniform if the filter is consistent.
+    void transform(int rows, const Mask<T> *present, T *pit) {
+        for (int j = 0; j < c.count; ++j) log_prior[j] = logarithm<T>(larger<T>(prior[j], splat<T>(1e-300)));
+        for (int r = 0; r < rows; ++r) {
+            T most = log_prior[0], sum = splat<T>(0.0), below = sum;
+            for (int j = 1; j < c.count; ++j) most = larger<T>(most, log_prior[j]);
+            for (int j = 0; j < c.count; ++j) {
+                const Innovation<T> &v = innovations[j];
+                const T w = exponential<T>(log_prior[j] - most), u = v.e[r] / square_root(v.S[r]);
+                sum = sum + w, below = below + w * normal_cdf<T>(u);
+                log_prior[j] = log_prior[j] - 0.5 * (u * u + logarithm<T>(v.S[r]));
+            }
+            pit[r] = select<T>(present[r], below / sum, nan_of<T>());
+        }
+    }
+
+    // Tracks without a state start from one measured position; the second position completes a two-point start.
+    void begin(TrackState<T> &s, const SensorSpec &spec, const Scan<T> &scan, const Sensor<T> &sensor, Outcome<T> &out) {
+        Measurement<T> m;
+        Sensor<T> raw = sensor;
+        raw.converted = false;
+        measure(scan, raw, splat_mask<T>(true), m);
+        const Fix<T> fix = position_fix(spec, m);
+        const Mask<T> fresh = scan.active & fix.position & (inverse(s.started) | out.restarted);
+        const Mask<T> second = scan.active & fix.position & s.started & inverse(s.running) & inverse(out.restarted);
+        const bool two_point = c.declared.start == Start::two_point;
+        if (any(second)) complete(s, fix, second);
+        if (any(fresh)) {
+            start(s, fix, fresh);
+            const Mask<T> done = two_point ? fix.velocity | out.restarted : splat_mask<T>(true);
+            s.running = (s.running & inverse(fresh)) | (fresh & done);
+        }
+        out.initialised = fresh | (second & s.running);
+        const Mask<T> counted = s.running & inverse(out.initialised);
+        out.restarted = out.restarted & fresh;
+        out.log_likelihood = select<T>(counted | out.restarted, out.log_likelihood, splat<T>(0.0));
+        out.nis = select<T>(counted | out.restarted, out.nis, nan_of<T>());
+        s.started = s.started | fresh;
+        s.rejections = select<T>(fresh, splat<T>(0.0), s.rejections);
+        s.last_accepted = select<T>(fresh | second, s.time, s.last_accepted);
+        s.settled = all(s.running);
+    }
+
+    // From one position: no velocity unless it was measured, and each further component from its prior.
+    void start(TrackState<T> &s, const Fix<T> &fix, Mask<T> fresh) {
+        const T zero = splat<T>(0.0), spread = splat<T>(c.declared.velocity_variance);
+        for (int j = 0; j < c.count; ++j) {
+            const Mode<T> &mode = c.modes[j];
+            const int axes = mode.shape.axes, block = mode.shape.block;
+            T *x = &s.arena[mode.place], *P = x + mode.shape.n;
+            for (int i = 0; i < mode.shape.n; ++i) {
+                x[i] = select<T>(fresh, zero, x[i]);
+                for (int k = 0; k <= i; ++k)
+                    P[packed(i, k)] = select<T>(fresh, i == k ? mode.prior_variance[i] : zero, P[packed(i, k)]);
+            }
+            for (int a = 0; a < axes; ++a) {
+                const int p = a * block, v = p + 1;
+                x[p] = select<T>(fresh, fix.p[a], x[p]);
+                x[v] = select<T>(fresh & fix.velocity, fix.v[a], x[v]);
+                for (int b = 0; b <= a; ++b) {
+                    T &Pp = P[packed(p, b * block)], &Pv = P[packed(v, b * block + 1)];
+                    Pp = select<T>(fresh, fix.P[packed(a, b)], Pp);
+                    Pv = select<T>(fresh, select<T>(fix.velocity, fix.V[packed(a, b)], a == b ? spread : zero), Pv);
+                }
+            }
+            s.probability[j] = select<T>(fresh, c.initial_probability[j], s.probability[j]);
+        }
+        for (int a = 0; a < 3; ++a) s.first[a] = select<T>(fresh, fix.p[a], s.first[a]);
+        for (int k = 0; k < 6; ++k) s.first_P[k] = select<T>(fresh, fix.P[k], s.first_P[k]);
+        s.first_time = select<T>(fresh, s.time, s.first_time);
+    }
+
+    // Two-point differencing: v = (z2 - z1) / T, with acceleration of prior variance a0^2 over the step.
+    void complete(TrackState<T> &s, const Fix<T> &fix, Mask<T> second) {
+        const T step = s.time - s.first_time;
+        const Mask<T> now = second & (step > splat<T>(0.0));
+        const T over = 1.0 / select<T>(now, step, splat<T>(1.0));
+        T kept_first[3], kept_P[6];
+        for (int a = 0; a < 3; ++a) kept_first[a] = s.first[a];
+        for (int k = 0; k < 6; ++k) kept_P[k] = s.first_P[k];
+        start(s, fix, now);
+        for (int j = 0; j < c.count; ++j) {
+            const Mode<T> &mode = c.modes[j];
+            const int block = mode.shape.block;
+            T *x = &s.arena[mode.place], *P = x + mode.shape.n;
+            const auto put = [&](int r, int k, T value) { P[packed(r, k)] = select<T>(now, value, P[packed(r, k)]); };
+            for (int a = 0; a < mode.shape.axes; ++a) {
+                const int p = a * block, v = p + 1;
+                x[v] = select<T>(now, (fix.p[a] - kept_first[a]) * over, x[v]);
+                for (int b = 0; b < mode.shape.axes; ++b) {
+                    const T R = fix.P[packed(a, b)];
+                    put(v, b * block, R * over);
+                    if (b <= a) put(v, b * block + 1, (R + kept_P[packed(a, b)]) * over * over);
+                }
+                if (block != 3) continue;
+                const T spread = mode.prior_variance[p + 2];
+                put(v, v, P[packed(v, v)] + 0.25 * step * step * spread);
+                put(p + 2, v, 0.5 * step * spread);
+            }
+        }
+        s.running = s.running | now;
+    }
+};
+
+}  // namespace jink::inline JINK_LEVEL

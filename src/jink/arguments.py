@@ -1,0 +1,55 @@
+"""Checks of what callers pass in: each says the parameter's name, what it was and what was expected."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+PerAxis = float | Sequence[float]
+
+
+def positive(name: str, value: float, *, zero: bool = False) -> float:
+    """A finite number above zero (or at least zero)."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: expected a number, got {value!r}") from None
+    if not np.isfinite(number) or number < 0 or (number == 0 and not zero):
+        raise ValueError(f"{name}: expected a {'non-negative' if zero else 'positive'} number, got {number:g}")
+    return number
+
+
+def per_axis(name: str, value: PerAxis, axes: int, *, zero: bool = False) -> list[float]:
+    """One number for all axes, or one for each."""
+    values = np.atleast_1d(np.asarray(value, dtype=float))
+    if values.shape not in ((1,), (axes,)):
+        raise ValueError(f"{name}: expected one number or one for each of {axes} axes, got {values.size}")
+    return [positive(name, v, zero=zero) for v in np.broadcast_to(values, (axes,))]
+
+
+def exactly_one(owner: str, **given: object) -> str:
+    """The name of the one argument that is not None."""
+    names = [name for name, value in given.items() if value is not None]
+    if len(names) != 1:
+        raise ValueError(f"{owner}: give exactly one of {' or '.join(given)}, got {', '.join(names) or 'none'}")
+    return names[0]
+
+
+def covariance(name: str, value: ArrayLike, size: int) -> Array:
+    """A symmetric positive definite matrix of the given size."""
+    matrix = np.asarray(value, dtype=float)
+    if matrix.shape != (size, size):
+        raise ValueError(f"{name}: expected a {size} by {size} matrix, got shape {matrix.shape}")
+    if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0):
+        raise ValueError(f"{name}: is not symmetric")
+    try:
+        np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        raise ValueError(f"{name}: is not positive definite") from None
+    return matrix
+
+
+def packed(matrix: Array) -> list[float]:
+    """The lower triangle, row by row."""
+    return [float(matrix[i, j]) for i in range(len(matrix)) for j in range(i + 1)]

@@ -1,0 +1,322 @@
+"""A bank of motion models on one sensor (or several): what Kalman and IMM are, run by the native engine."""
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _engine
+from ..arguments import Array, positive
+from ..motion import Motion, component_names, mode_names
+from ..noise import OnePoint, Outliers, Prior, TwoPoint, stationary, transition_rule
+from ..sensor import Sensor
+from ..times import seconds
+from .estimate import Estimate
+from .live import LiveBatch
+
+OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "log_likelihood_scan", "nis", "nis_dof", "pit", "status")
+DEFAULT_OUTPUTS = tuple(name for name in OUTPUTS if name != "pit")
+
+
+class Bank:
+    """Runs ``motions`` on ``sensor``; the named filters say how they interact."""
+
+    motions: tuple[Motion, ...]
+    sensors: tuple[Sensor, ...]
+    outliers: Outliers | None
+    initial: TwoPoint | OnePoint | Prior
+
+    def _prepare(
+        self,
+        *,
+        transition: Any = 1.0,
+        transition_step: float | None = None,
+        mode_probability: ArrayLike | None = None,
+        mixing: str = "prior",
+        linearisation: str = "ekf",
+        coast: float | None = None,
+    ) -> None:
+        modes, axes = len(self.motions), self.axes
+        continuous, matrix = transition_rule(transition, transition_step, modes)
+        if linearisation not in ("ekf", "ukf"):
+            raise ValueError(f"linearisation: expected 'ekf' or 'ukf', got {linearisation!r}")
+        if mixing not in ("prior", "unbiased"):
+            raise ValueError(f"mixing: expected 'prior' or 'unbiased', got {mixing!r}")
+        if not isinstance(self.initial, TwoPoint | OnePoint | Prior):
+            raise TypeError(f"initial: expected jink.TwoPoint, OnePoint or Prior, got {type(self.initial).__name__}")
+        start = 1000.0 if isinstance(self.initial, Prior) else positive("initial.velocity_sd", self.initial.velocity_sd)
+        self._native_args = (
+            [m.native(axes) for m in self.motions],
+            [s.native(self.outliers) for s in self.sensors],
+            continuous,
+            matrix.ravel().tolist(),
+            _probabilities(mode_probability, modes, continuous, matrix).tolist(),
+            linearisation == "ukf",
+            mixing == "unbiased",
+            self.outliers.share if self.outliers else 0.0,
+            int(self.outliers.restart_after) if self.outliers else 0,
+            0.0 if coast is None else positive("coast", coast),
+            isinstance(self.initial, OnePoint),
+            start * start,
+        )
+        self._engine = _engine.Engine(*self._native_args)
+
+    @property
+    def axes(self) -> int:
+        """How many axes the target moves in, by the sensors."""
+        return int(self.sensors[0].axes or 2)
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """What the columns of x are: px, vx, (ax), ... then turn_rate."""
+        return component_names(self.motions, self.axes)
+
+    @property
+    def modes(self) -> tuple[str, ...]:
+        """What the columns of mode_probability are."""
+        return mode_names(self.motions)
+
+    def filter(
+        self,
+        time: ArrayLike,
+        z: ArrayLike,
+        *,
+        offsets: ArrayLike | None = None,
+        sensor: ArrayLike | None = None,
+        covariance: ArrayLike | None = None,
+        input: ArrayLike | None = None,
+        initial: Prior | None = None,
+        threads: int | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> Estimate:
+        """Filter one track, or many laid end to end.
+
+        time (N,) seconds or dates, not decreasing within a track; z (N, m), NaN or None where missing; offsets (B + 1,), track b
+        owning rows offsets[b] to offsets[b+1]; sensor (N,) index of each row's sensor; covariance (N, m, m), or (N, m) variances,
+        of each row instead of the sensor's; input (N, axes) known acceleration (m/s²) since the row before; initial a
+        :class:`jink.Prior` instead of the filter's own start; threads defaults to all cores; outputs names what to return.
+        Errors: ValueError or TypeError naming the argument, and the row where there is one.
+        """
+        return self._run(time, z, offsets, sensor, covariance, input, initial, threads, outputs, smooth=False)
+
+    def smooth(
+        self,
+        time: ArrayLike,
+        z: ArrayLike,
+        *,
+        offsets: ArrayLike | None = None,
+        sensor: ArrayLike | None = None,
+        covariance: ArrayLike | None = None,
+        input: ArrayLike | None = None,
+        initial: Prior | None = None,
+        threads: int | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> Estimate:
+        """The same with every row's estimate given the whole track: x, P and mode_probability are smoothed.
+
+        log_likelihood, nis, pit and status are the filter's. Method: :mod:`jink.smoothing`.
+        """
+        return self._run(time, z, offsets, sensor, covariance, input, initial, threads, outputs, smooth=True)
+
+    def start(self, n: int | None = None, *, lag: int = 0, state: bytes | None = None, outputs: Sequence[str] | None = None) -> Any:
+        """Track live: one target, or n at once.
+
+        ``live.update(t, z)`` returns the current estimate, ``live.predict(t)`` one at another time; with a ``lag`` of so many scans
+        the estimate is that of the scan so long ago, smoothed by those since. ``live.save()`` gives the state as bytes, taken
+        up again by ``state``.
+        """
+        if int(lag) != lag or lag < 0:
+            raise ValueError(f"lag: expected a whole number of scans, got {lag!r}")
+        if n is not None and (int(n) != n or n < 1):
+            raise ValueError(f"n: expected a number of targets, got {n!r}")
+        live = self._engine.one(int(lag)) if n is None else LiveBatch(self, int(n), int(lag), outputs)
+        if isinstance(self.initial, Prior):
+            x, P = self._prior(self.initial, n or 1)
+            for k in range(n or 1):
+                begin = (x[k], P[k], np.nan) if n is None else (k, x[k], P[k], np.nan)
+                live.begin(*begin)
+        if state is not None:
+            live.restore(state)
+        return live
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read."""
+        from .files import save
+
+        save(self, path)
+
+    def _run(
+        self,
+        time: ArrayLike,
+        z: ArrayLike,
+        offsets: ArrayLike | None,
+        sensor: ArrayLike | None,
+        covariance: ArrayLike | None,
+        input: ArrayLike | None,
+        initial: Prior | None,
+        threads: int | None,
+        outputs: Sequence[str] | None,
+        *,
+        smooth: bool,
+    ) -> Estimate:
+        columns = self._columns
+        rows = measurements(z, columns)
+        times = np.ascontiguousarray(seconds(time), dtype=float).reshape(-1)
+        n = len(rows)
+        if len(times) != n:
+            raise ValueError(f"time: has {len(times)} rows where z has {n}")
+        bounds = _offsets(offsets, n)
+        which = self._sensor_index(sensor, n)
+        noise = _row_noise(covariance, n, columns)
+        known = None if input is None else _array("input", input, (n, self.axes))
+        prior = initial if initial is not None else self.initial if isinstance(self.initial, Prior) else None
+        prior_x, prior_P = self._prior(prior, len(bounds) - 1) if prior is not None else (None, None)
+        results, slots, status = self._allocate(outputs, n, len(bounds) - 1, columns)
+        self._engine.run(
+            times, rows, columns, bounds, which, noise, noise is not None and noise.ndim == 3, known, prior_x, prior_P,
+            slots, status, smooth, _threads(threads),
+        )  # fmt: skip
+        return Estimate(self.components, self.modes, results)
+
+    @property
+    def _columns(self) -> int:
+        return max(s.native()[2] for s in self.sensors)
+
+    def _allocate(
+        self, outputs: Sequence[str] | None, n: int, tracks: int, columns: int
+    ) -> tuple[dict[str, NDArray[Any]], list[Array | None], NDArray[np.uint8] | None]:
+        wanted = DEFAULT_OUTPUTS if outputs is None else tuple(outputs)
+        unknown = [name for name in wanted if name not in OUTPUTS]
+        if unknown:
+            raise ValueError(f"outputs: {unknown[0]!r} is none of {', '.join(OUTPUTS)}")
+        k, m = len(self.components), len(self.motions)
+        shapes = {
+            "x": (n, k), "P": (n, k, k), "mode_probability": (n, m), "log_likelihood": (tracks,), "log_likelihood_scan": (n,),
+            "nis": (n,), "nis_dof": (n,), "pit": (n, columns),
+        }  # fmt: skip
+        results: dict[str, NDArray[Any]] = {name: np.empty(shapes[name]) for name in wanted if name != "status"}
+        status = np.zeros(n, dtype=np.uint8) if "status" in wanted else None
+        slots: list[Array | None] = [results.get(name) for name in OUTPUTS[:-1]]
+        if status is not None:
+            results["status"] = status
+        return results, slots, status
+
+    def _sensor_index(self, sensor: ArrayLike | None, n: int) -> NDArray[np.int32] | None:
+        if sensor is None:
+            return None
+        index = np.asarray(sensor)
+        if index.shape != (n,) or index.dtype.kind not in "iu":
+            raise ValueError(f"sensor: expected {n} integers, one per row, got {index.dtype} of shape {index.shape}")
+        if n and (index.min() < 0 or index.max() >= len(self.sensors)):
+            raise ValueError(f"sensor: expected indices 0 to {len(self.sensors) - 1}, got {index.min()} to {index.max()}")
+        return np.ascontiguousarray(index, dtype=np.int32)
+
+    def _prior(self, prior: Prior, tracks: int) -> tuple[Array, Array]:
+        n = len(self.components)
+        if not isinstance(prior, Prior):
+            raise TypeError(f"initial: expected a jink.Prior, got {type(prior).__name__}")
+        x, P = np.asarray(prior.x, dtype=float), np.asarray(prior.P, dtype=float)
+        if x.shape not in ((n,), (tracks, n)) or P.shape not in ((n, n), (tracks, n, n)):
+            raise ValueError(
+                f"initial: expected x ({n},) or ({tracks}, {n}) and P to match, components {', '.join(self.components)}; "
+                f"got {x.shape} and {P.shape}"
+            )
+        try:
+            np.linalg.cholesky(P)
+        except np.linalg.LinAlgError:
+            raise ValueError("initial: P is not positive definite") from None
+        return (
+            np.ascontiguousarray(np.broadcast_to(x, (tracks, n))),
+            np.ascontiguousarray(np.broadcast_to(P, (tracks, n, n))),
+        )
+
+
+def as_sensors(sensor: Sensor | Sequence[Sensor]) -> tuple[Sensor, ...]:
+    """One sensor or several, all in the same axes."""
+    sensors = tuple(sensor) if isinstance(sensor, Sequence) else (sensor,)
+    if not sensors:
+        raise ValueError("sensor: expected at least one")
+    for s in sensors:
+        if not hasattr(s, "native"):
+            raise TypeError(f"sensor: expected one of jink's sensors or one with h(x), got {type(s).__name__}")
+    if len({s.axes for s in sensors}) > 1:
+        raise ValueError(f"sensor: all must have the same axes, got {', '.join(str(s.axes) for s in sensors)}")
+    return sensors
+
+
+def measurements(z: ArrayLike, columns: int) -> Array:
+    """z as (N, columns) floats; None is a missing row or component."""
+    try:
+        array = np.asarray(z, dtype=float)
+    except (TypeError, ValueError):
+        array = _with_missing_rows(z, columns)
+    if array.ndim == 1 and columns == 1:
+        array = array[:, None]
+    if array.ndim != 2 or array.shape[1] != columns:
+        raise ValueError(f"z: expected shape (N, {columns}), one column per measured component, got {array.shape}")
+    return np.ascontiguousarray(array)
+
+
+def _with_missing_rows(z: Any, columns: int) -> Array:
+    try:
+        return np.array([[np.nan] * columns if row is None else row for row in z], dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"z: expected numbers, NaN or None, in rows of {columns}") from None
+
+
+def _offsets(offsets: ArrayLike | None, n: int) -> NDArray[np.int64]:
+    if offsets is None:
+        return np.array([0, n], dtype=np.int64)
+    bounds = np.asarray(offsets)
+    if bounds.ndim != 1 or len(bounds) < 1 or bounds.dtype.kind not in "iu":
+        raise ValueError("offsets: expected whole numbers (B + 1,)")
+    bounds = np.ascontiguousarray(bounds, dtype=np.int64)
+    if bounds[0] != 0 or bounds[-1] != n or np.any(np.diff(bounds) < 0):
+        raise ValueError(f"offsets: expected to rise from 0 to the number of rows {n}, got {bounds[0]} to {bounds[-1]}")
+    return bounds
+
+
+def _row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | None:
+    if covariance is None:
+        return None
+    R = np.ascontiguousarray(covariance, dtype=float)
+    if R.shape not in ((n, columns), (n, columns, columns)):
+        raise ValueError(f"covariance: expected ({n}, {columns}, {columns}), or ({n}, {columns}) variances, got {R.shape}")
+    diagonal = R if R.ndim == 2 else np.diagonal(R, axis1=1, axis2=2)
+    bad = ~(np.isfinite(diagonal) & (diagonal > 0)).all(axis=1)
+    if bad.any():
+        raise ValueError(f"covariance: row {int(np.argmax(bad))} has a variance that is not positive")
+    if R.ndim == 3 and columns > 1:
+        try:
+            np.linalg.cholesky(R)
+        except np.linalg.LinAlgError:
+            raise ValueError("covariance: some rows are not positive definite") from None
+    return R
+
+
+def _array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    array = np.ascontiguousarray(value, dtype=float)
+    if array.shape != shape:
+        raise ValueError(f"{name}: expected shape {shape}, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}: has values that are not finite")
+    return array
+
+
+def _probabilities(given: ArrayLike | None, modes: int, continuous: bool, matrix: Array) -> Array:
+    if given is None:
+        return stationary(continuous, matrix)
+    p = np.asarray(given, dtype=float)
+    if p.shape != (modes,) or np.any(~(p >= 0)) or not np.isclose(p.sum(), 1):
+        raise ValueError(f"mode_probability: expected {modes} probabilities that sum to one, got {given!r}")
+    return p
+
+
+def _threads(threads: int | None) -> int:
+    if threads is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if int(threads) != threads or threads < 1:
+        raise ValueError(f"threads: expected a whole number from 1, got {threads!r}")
+    return int(threads)

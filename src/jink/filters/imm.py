@@ -1,0 +1,57 @@
+"""The interacting multiple model filter."""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from numpy.typing import ArrayLike
+
+from ..motion import Motion
+from ..noise import OnePoint, Outliers, Prior, TwoPoint
+from ..sensor import Sensor
+from .bank import Bank, as_sensors
+
+
+class IMM(Bank):
+    """Interacting multiple models of any mix of motion models and state dimensions.
+
+    cⱼ = Σᵢ Πᵢⱼ μᵢ;  wᵢⱼ = Πᵢⱼ μᵢ / cⱼ;  each mode starts from the mixture of the wᵢⱼ, predicts and updates;  μⱼ ∝ cⱼ N(z; ẑⱼ, Sⱼ)
+
+    transition: a stay probability, a matrix with transition[i, j] = p(mode j now | mode i at the scan before), or a
+    :class:`jink.Sojourn` in continuous time; with ``transition_step`` (s) the matrix holds for that elapsed time. No time, no
+    switching: two sensors at the same instant do not switch twice. mode_probability: initial, by default the stationary one.
+    mixing: a component a mode has and its source lacks comes from the mode's own independent prior ("prior"), or from the mode's
+    own estimate ("unbiased"). The other arguments are those of :class:`jink.Kalman`.
+    Source: Blom & Bar-Shalom, IEEE Trans. AC-33(8), 1988; mixed dimensions: Granström, Willett & Bar-Shalom, Fusion 2015.
+    """
+
+    def __init__(
+        self,
+        motions: Sequence[Motion],
+        sensor: Sensor | Sequence[Sensor],
+        transition: Any,
+        *,
+        transition_step: float | None = None,
+        mode_probability: ArrayLike | None = None,
+        mixing: Literal["prior", "unbiased"] = "prior",
+        linearisation: Literal["ekf", "ukf"] = "ekf",
+        outliers: Outliers | None = None,
+        initial: TwoPoint | OnePoint | Prior | None = None,
+        coast: float | None = None,
+    ) -> None:
+        self.motions, self.sensors = tuple(motions), as_sensors(sensor)
+        if not self.motions:
+            raise ValueError("motions: expected at least one motion model")
+        self.transition, self.transition_step, self.mode_probability = transition, transition_step, mode_probability
+        self.mixing, self.linearisation, self.outliers, self.coast = mixing, linearisation, outliers, coast
+        self.initial = initial if initial is not None else TwoPoint()
+        self._prepare(
+            transition=transition,
+            transition_step=transition_step,
+            mode_probability=mode_probability,
+            mixing=mixing,
+            linearisation=linearisation,
+            coast=coast,
+        )
+
+    def __repr__(self) -> str:
+        return f"IMM([{', '.join(map(repr, self.motions))}], {', '.join(map(repr, self.sensors))}, {self.transition!r})"

@@ -1,0 +1,94 @@
+"""Many live targets at once."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..times import seconds
+from .estimate import Estimate
+
+if TYPE_CHECKING:
+    from .bank import Bank
+
+OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "nis", "nis_dof", "time", "status")
+
+
+class LiveBatch:
+    """n targets, updated together scan by scan; a target without a measurement in this scan has NaN."""
+
+    def __init__(self, bank: "Bank", n: int, lag: int, outputs: Sequence[str] | None) -> None:
+        self._bank, self.n = bank, n
+        self._live = bank._engine.many(n, lag)
+        self._columns = bank._columns
+        wanted = OUTPUTS if outputs is None else tuple(outputs)
+        unknown = [name for name in wanted if name not in OUTPUTS]
+        if unknown:
+            raise ValueError(f"outputs: {unknown[0]!r} is none of {', '.join(OUTPUTS)}")
+        k, m = len(bank.components), len(bank.motions)
+        shapes = {"x": (n, k), "P": (n, k, k), "mode_probability": (n, m)}
+        self._shapes = {name: shapes.get(name, (n,)) for name in OUTPUTS if name in wanted and name != "status"}
+        self._last = np.full(n, -np.inf)
+
+    def update(
+        self,
+        t: ArrayLike,
+        z: ArrayLike,
+        *,
+        sensor: ArrayLike | None = None,
+        covariance: ArrayLike | None = None,
+        input: ArrayLike | None = None,
+    ) -> Estimate:
+        """All targets at time t, one for all or (n,): z (n, m); covariance (n, m) variances or (n, m, m); input (n, axes)."""
+        from .bank import _array, _row_noise, measurements
+
+        rows = measurements(z, self._columns)
+        if len(rows) != self.n:
+            raise ValueError(f"z: expected {self.n} rows, one per target, got {len(rows)}")
+        if np.isinf(rows).any():
+            raise ValueError("z: has infinite values; a missing component is NaN or None")
+        times = self._times(t)
+        which = None
+        if sensor is not None:
+            which = self._bank._sensor_index(np.broadcast_to(np.asarray(sensor), (self.n,)), self.n)
+        noise = _row_noise(covariance, self.n, self._columns)
+        known = None if input is None else _array("input", input, (self.n, self._bank.axes))
+        return self._call(times, rows, which, noise, known, predict_only=False)
+
+    def predict(self, t: ArrayLike) -> Estimate:
+        """Where the targets will be at time t, one for all or (n,); the live state is not touched."""
+        empty = np.empty((0, self._columns))
+        return self._call(np.atleast_1d(np.asarray(seconds(t), dtype=float)), empty, None, None, None, predict_only=True)
+
+    def begin(self, target: int, x: ArrayLike, P: ArrayLike, time: float) -> None:
+        """Start one target from a given state at a time."""
+        self._live.begin(target, np.ascontiguousarray(x, dtype=float), np.ascontiguousarray(P, dtype=float), time)
+
+    def reset(self, target: int) -> None:
+        """Forget one target; its next position starts a new one."""
+        self._live.reset(target)
+
+    def save(self) -> bytes:
+        """The state as bytes, the same on every machine."""
+        return self._live.save()
+
+    def restore(self, state: bytes) -> None:
+        """Take up a saved state."""
+        self._live.restore(state)
+
+    def _times(self, t: ArrayLike) -> np.ndarray:
+        times = np.ascontiguousarray(np.atleast_1d(np.asarray(seconds(t), dtype=float)))
+        if times.shape not in ((1,), (self.n,)) or not np.isfinite(times).all():
+            raise ValueError(f"t: expected one time or {self.n} of them, finite")
+        if np.any(times < self._last):
+            raise ValueError("t: lies before the last update; updates must come in the order of time")
+        self._last = np.array(np.broadcast_to(times, (self.n,)))
+        return times
+
+    def _call(self, times: Any, rows: Any, which: Any, noise: Any, known: Any, *, predict_only: bool) -> Estimate:
+        results: dict[str, Any] = {name: np.empty(shape) for name, shape in self._shapes.items()}
+        status = np.empty(self.n, dtype=np.uint8)
+        slots = [*(results.get(name) for name in OUTPUTS[:-1]), status]
+        self._live.update(times, rows, which, noise, known, slots, predict_only)
+        return Estimate(self._bank.components, self._bank.modes, {**results, "status": status})

@@ -1,0 +1,27 @@
+"""Times: float seconds inside, dates at the boundary."""
+
+from datetime import UTC, datetime
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def seconds(time: ArrayLike | datetime) -> NDArray[np.float64] | float:
+    """Seconds of a time or an array of times; dates count from 1970-01-01 UTC.
+
+    Errors: TypeError for what is neither a number nor a date.
+    """
+    if isinstance(time, datetime):
+        return (time if time.tzinfo else time.replace(tzinfo=UTC)).timestamp()
+    array = np.asarray(time)
+    if array.dtype == object and array.size and isinstance(array.flat[0], datetime):
+        return np.array([seconds(t) for t in array.ravel()], dtype=float).reshape(array.shape)
+    if array.dtype.kind == "M":
+        ns = array.astype("datetime64[ns]")
+        value = np.where(np.isnat(ns), np.nan, ns.astype(np.int64) * 1e-9)
+        return value if array.ndim else float(value)
+    try:
+        value = np.asarray(array, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"time: expected seconds or dates, got {array.dtype} such as {array.flat[0]!r}") from None
+    return value if array.ndim else float(value)
