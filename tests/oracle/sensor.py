@@ -138,7 +138,7 @@ class Polar:
         if self.third == "elevation":
             z.append(np.arctan2(d[2], ground))
         if self.third == "height":
-            z.append(d[2])
+            z.append(position[2])  # of the same frame as the state, not above the site
         if self.rate:
             z.append(d @ velocity / r)
         return np.array(z)
@@ -169,8 +169,23 @@ class Polar:
 
     def fix(self, z, R):
         """The unbiased converted position and its mean-square error given the measurement."""
+        if self.third == "height":
+            return self.fix_by_height(z, R)
         position, covariance = unbiased_conversion(z, R, elevation=self.third == "elevation")
         return position + self.site[: len(position)], covariance
+
+    def fix_by_height(self, z, R):
+        """Ground range g = sqrt(r^2 - h^2) to first order; its error and the height's are correlated."""
+        h = z[2] - self.site[2]
+        g = np.sqrt(max(z[0] ** 2 - h**2, 1.0))
+        by = np.array([z[0], -h]) / g  # dg/dr, dg/dh
+        R_ground = np.diag([by[0] ** 2 * R[0, 0] + by[1] ** 2 * R[2, 2], R[1, 1]])
+        level, P = unbiased_conversion(np.array([g, z[1]]), R_ground, elevation=False)
+        covariance = np.zeros((3, 3))
+        covariance[:2, :2], covariance[2, 2] = P, R[2, 2]
+        direction = np.exp(-R[1, 1] / 2) * np.array([np.sin(z[1]), np.cos(z[1])])
+        covariance[2, :2] = covariance[:2, 2] = by[1] * R[2, 2] * direction
+        return np.r_[level + self.site[:2], z[2]], covariance
 
 
 def unbiased_conversion(z: Array, R: Array, elevation: bool) -> tuple[Array, Array]:

@@ -101,7 +101,11 @@ def flight(time: np.ndarray, axes: int, rng: np.random.Generator) -> tuple[np.nd
     speed = 180.0 + 30.0 * np.sin(fine / 40.0)
     velocity = np.c_[speed * np.cos(course), speed * np.sin(course), 5.0 * np.sin(fine / 20.0)][:, :axes]
     position = np.cumsum(velocity, axis=0) * 0.05 + np.array([1000.0, 2000.0, 3000.0])[:axes]
-    return (np.stack([np.interp(time, fine, c[:, a]) for a in range(axes)], 1) for c in (position, velocity))
+    return sampled(time, fine, position), sampled(time, fine, velocity)
+
+
+def sampled(time: np.ndarray, fine: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.stack([np.interp(time, fine, column) for column in values.T], axis=1)
 
 
 def times(N: int, rng: np.random.Generator, same: float) -> np.ndarray:
@@ -132,7 +136,8 @@ def make_data(
         for i in s.angles:
             z[k, i] = (z[k, i] + np.pi) % (2 * np.pi) - np.pi
     z[2:][rng.random(N - 2) < missing] = np.nan
-    z[2:][rng.random((N - 2, z.shape[1])) < partial] = np.nan
+    if not any(getattr(s, "method", "ekf") == "converted" for s in sensors):
+        z[2:][rng.random((N - 2, z.shape[1])) < partial] = np.nan
     if twin.outliers is not None:
         z[N // 3, 0] += 5e4
         z[2 * N // 3 :, 0] += 5e4

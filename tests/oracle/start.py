@@ -35,9 +35,13 @@ class Prior:
 
 @dataclass
 class Fix:
+    """A complete position, and the velocity where the sensor measures that too."""
+
     time: float
     position: Array
     R: Array
+    velocity: Array | None = None
+    R_velocity: Array | None = None
 
 
 def priors(motion: Motion) -> list[int]:
@@ -46,15 +50,16 @@ def priors(motion: Motion) -> list[int]:
 
 
 def one_point(motion: Motion, fix: Fix, velocity_sd: float) -> Mode:
-    """Position z with R, velocity 0 with velocity_sd^2, acceleration and turn rate 0 with their prior
-    variances.
-    """
+    """Position z with R, velocity as measured or 0 with velocity_sd^2, the rest 0 with prior variances."""
     position, velocity = parts(motion)
     x, P = np.zeros(motion.n), np.zeros((motion.n, motion.n))
     x[position] = fix.position
     P[np.ix_(position, position)] = fix.R
-    for i in velocity:
-        P[i, i] = velocity_sd**2
+    if fix.velocity is None:
+        P[velocity, velocity] = velocity_sd**2
+    else:
+        x[velocity] = fix.velocity
+        P[np.ix_(velocity, velocity)] = fix.R_velocity
     for i in priors(motion):
         P[i, i] = motion.prior_variance(motion.components[i])
     return Mode(x, P)

@@ -14,11 +14,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
+from scipy.stats import norm
 
 from oracle.gaussian import Predicted, Updated, predict, update
 from oracle.mixture import Mode, combine, mix
 from oracle.motion import Motion
-from oracle.sensor import wrap
+from oracle.sensor import PositionVelocity, wrap
 from oracle.start import Fix, OnePoint, Prior, TwoPoint, one_point, two_point
 
 Array = NDArray[np.float64]
@@ -74,6 +75,7 @@ class Scan:
     log_likelihood: float = 0.0
     nis: float = np.nan
     nis_dof: int = 0
+    pit: Array | None = None  # of each measured component, NaN for the others
 
 
 @dataclass
@@ -93,7 +95,10 @@ class Row:
         found = self.sensor.fix(self.z, self.R)
         if found is None or np.isnan(found[0]).any() or np.isnan(found[1]).any():
             return None
-        return Fix(self.time, found[0][:axes], found[1][:axes, :axes])
+        fix = Fix(self.time, found[0][:axes], found[1][:axes, :axes])
+        if "v" in self.sensor.kinds and isinstance(self.sensor, PositionVelocity) and self.present.all():
+            fix.velocity, fix.R_velocity = self.z[axes:], self.R[axes:, axes:]
+        return fix
 
     def converted(self) -> Row:
         """The equivalent measurement the update works on; one that is not complete cannot be converted."""
@@ -110,7 +115,6 @@ class Track:
         self.scans: list[Scan] = []
         self.first: Fix | None = None  # of a two-point start that waits for its second
         self.rejected = 0
-        self.count = not isinstance(filter.initial, TwoPoint)
         self.time: float | None = None
         self.modes: list[Mode] = []
         self.mu = filter.start_probability()
@@ -135,7 +139,7 @@ class Track:
             return
         self.restart(fix)
         scan.status = INITIALISED
-        if isinstance(self.filter.initial, TwoPoint):
+        if isinstance(self.filter.initial, TwoPoint) and fix.velocity is None:
             self.first = fix
 
     def restart(self, fix: Fix) -> None:
@@ -158,7 +162,7 @@ class Track:
         if second is not None and second.time > self.first.time:
             self.modes = [two_point(m, self.first, second) for m in f.motions]
             self.mu = f.start_probability()
-            self.first, self.count = None, True
+            self.first = None
             scan.status = INITIALISED
             return
         self.measure(scan, row, c)
@@ -172,19 +176,27 @@ class Track:
         with np.errstate(divide="ignore"):
             log_joint = np.log(c) + np.array([u.log_likelihood for u in updated])
         log_density = logsumexp(log_joint)
+        if self.first is None:  # before the second point nothing is scored or gated
+            self.score(scan, c, updated, work, log_density)
+        if scan.status == GATED:
+            self.reject(scan, row)
+            return
+        self.rejected = 0
+        self.modes, self.mu = [Mode(u.x, u.P) for u in updated], np.exp(log_joint - log_density)
+        scan.status = UPDATED
+
+    def score(self, scan: Scan, c: Array, updated: list[Updated], work: Row, log_density: float) -> None:
+        """NIS and log-likelihood; GATED where the row is likelier an outlier."""
+        f = self.filter
         scan.nis, scan.nis_dof = matched_nis(c, updated, work)
+        scan.pit = probability_integral_transform(c, updated, work)
+        scan.log_likelihood = float(log_density)
         if f.outliers is not None:
             inlier = np.log1p(-f.outliers.share) + log_density
             outlier = np.log(f.outliers.share) + f.outliers.log_density(work)
             scan.log_likelihood = float(np.logaddexp(inlier, outlier))
             if inlier < outlier:
-                self.reject(scan, row)
-                return
-        else:
-            scan.log_likelihood = float(log_density)
-        self.rejected = 0
-        self.modes, self.mu = [Mode(u.x, u.P) for u in updated], np.exp(log_joint - log_density)
-        scan.status = UPDATED
+                scan.status = GATED
 
     def reject(self, scan: Scan, row: Row) -> None:
         self.rejected += 1
@@ -192,7 +204,7 @@ class Track:
         fix = row.fix(self.filter.motions[0].axes)
         if 0 < self.filter.outliers.restart_after <= self.rejected and fix is not None:
             self.restart(fix)
-            scan.status = RESTARTED
+            scan.status, scan.nis, scan.nis_dof = RESTARTED, np.nan, 0
 
 
 def matched_nis(c: Array, updated: list[Updated], row: Row) -> tuple[float, int]:
@@ -208,6 +220,29 @@ def matched_nis(c: Array, updated: list[Updated], row: Row) -> tuple[float, int]
     S = sum(w * (u.S + np.outer(n - nu, n - nu)) for w, u, n in zip(c, updated, nus, strict=True))
     nu[angles] = wrap(nu[angles])
     return float(nu @ np.linalg.solve(S, nu)), len(nu)
+
+
+def probability_integral_transform(c: Array, updated: list[Updated], row: Row) -> Array:
+    """P(z_r <= measured given the components before r) under the predicted mixture (Rosenblatt 1952), (m,).
+
+    Given the components before, mode j weighs c_j N(of those), and component r is Gaussian with the
+    conditional moments.
+    """
+    pit, present = np.full(row.sensor.m, np.nan), np.flatnonzero(row.present)
+    with np.errstate(divide="ignore"):
+        log_w = np.log(c)
+    for r, component in enumerate(present):
+        below = np.zeros(len(c))
+        log_next = log_w.copy()
+        for j, u in enumerate(updated):
+            gain = np.linalg.solve(u.S[:r, :r], u.S[:r, r])
+            d = u.innovation[r] - gain @ u.innovation[:r]
+            sd = np.sqrt(u.S[r, r] - gain @ u.S[:r, r])
+            below[j] = norm.cdf(d / sd)
+            log_next[j] += norm.logpdf(d, scale=sd)
+        pit[component] = np.exp(log_w - logsumexp(log_w)) @ below
+        log_w = log_next
+    return pit
 
 
 @dataclass
@@ -236,9 +271,7 @@ def track(filter: Filter, time, z, which=None, R=None, u=None) -> Estimate:
     for k in range(len(time)):
         sensor = filter.sensors[0 if which is None else which[k]]
         row = Row(float(time[k]), np.array(z[k][: sensor.m], float), sensor.R if R is None else R[k], sensor)
-        scan = run.step(row, None if u is None else u[k])
-        if run.first is not None or not run.count:
-            scan.log_likelihood = 0.0  # before the second point of a two-point start nothing is counted
+        run.step(row, None if u is None else u[k])
     return estimate(filter, run.scans)
 
 

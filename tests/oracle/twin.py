@@ -151,7 +151,7 @@ def distances(native, oracle: Estimate) -> dict[str, float]:
     if not np.array_equal(there, ~np.isnan(native.x[:, 0])):
         return {"where there is an estimate": np.inf}
     sd = np.sqrt(np.einsum("kii->ki", oracle.P))[there]
-    sd = np.maximum(sd, 1e-300)
+    sd = np.maximum(sd, 1e-150)
     both = ~np.isnan(oracle.nis) & ~np.isnan(native.nis)
     size = 1 + np.abs(oracle.nis[both])
 

@@ -1,0 +1,124 @@
+"""The contract's clauses about how rows are run: batches, threads, neighbours, live use, files."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from oracle.situations import flight
+from subjects import RESULTS, assert_same, build, claims, fleet, scene
+
+import jink
+
+
+@claims("batch")
+def test_batch_is_a_loop_and_threads_change_nothing(name):
+    """Bit for bit: alone, in a batch, in any order, with any number of threads."""
+    t, z, offsets, tracks = fleet()
+    f = build(name)
+    together = f.filter(t, z, offsets=offsets, threads=1)
+    for b, (tb, zb) in enumerate(tracks):
+        alone = f.filter(tb, zb)
+        assert_same(alone, together, slice(offsets[b], offsets[b + 1]))
+        assert alone.log_likelihood == together.log_likelihood[b]
+    for threads in (2, 3, None):
+        assert_same(f.filter(t, z, offsets=offsets, threads=threads), together)
+    order = np.random.default_rng(4).permutation(len(tracks))
+    shuffled = [tracks[i] for i in order]
+    lengths = [len(a) for a, _ in shuffled]
+    again = f.filter(
+        np.concatenate([a for a, _ in shuffled]),
+        np.concatenate([b for _, b in shuffled]),
+        offsets=np.r_[0, np.cumsum(lengths)],
+    )
+    assert_array_equal(again.log_likelihood, together.log_likelihood[order])
+
+
+@claims("batch_smoother")
+def test_smoothed_batch_is_a_loop(name):
+    t, z, offsets, tracks = fleet(9, 1)
+    f = build(name)
+    together = f.smooth(t, z, offsets=offsets, threads=2)
+    for b, (tb, zb) in enumerate(tracks):
+        assert_same(
+            f.smooth(tb, zb), together, slice(offsets[b], offsets[b + 1]), ("x", "P", "mode_probability")
+        )
+
+
+@claims("neighbours")
+def test_a_neighbour_of_nothing_but_nan_changes_nothing(name):
+    t, z, offsets, _ = fleet(8, 2)
+    f = build(name)
+    before = f.filter(t, z, offsets=offsets)
+    a, b = offsets[3], offsets[4]
+    z[a:b] = np.nan
+    after = f.filter(t, z, offsets=offsets)
+    others = np.r_[:a, b : len(t)]
+    for name_ in RESULTS:
+        assert_array_equal(getattr(before, name_)[others], getattr(after, name_)[others])
+    assert (after.status[a:b] == 0).all() and np.isnan(after.x[a:b]).all()
+
+
+@claims("live")
+def test_live_is_the_batch_filter(name):
+    t, z = scene(40)
+    est = build(name).filter(t, z)
+    live = build(name).start()
+    for k in range(40):
+        now = live.update(t[k], z[k])
+        sd = np.sqrt(np.diag(est.P[k]))
+        assert np.all(np.abs(now.x - est.x[k]) <= 1e-12 * (np.abs(est.x[k]) + sd))
+        assert_allclose(now.mode_probability, est.mode_probability[k], rtol=1e-12)
+        assert now.status == jink.STATUS[est.status[k]]
+
+
+@claims("saved")
+def test_saved_and_loaded_is_the_same(name, tmp_path):
+    t, z = scene()
+    f = build(name)
+    f.save(tmp_path / "f.json")
+    loaded = jink.load(tmp_path / "f.json")
+    assert_same(f.filter(t, z), loaded.filter(t, z))
+    loaded.save(tmp_path / "g.json")
+    assert (tmp_path / "f.json").read_text() == (tmp_path / "g.json").read_text()
+
+
+@claims("live")
+def test_live_batch_is_many_live_targets(name):
+    """n targets scan by scan, some missing; saved and restored half way."""
+    n, N = 11, 30
+    rng = np.random.default_rng(6)
+    t = np.cumsum(rng.uniform(0.5, 3.0, N))
+    z = np.stack([flight(t, 2, rng)[0] + rng.normal(0, 25.0, (N, 2)) for _ in range(n)])
+    z[rng.random((n, N)) < 0.2] = np.nan
+    f = build(name)
+    batch, singles = f.start(n), [f.start() for _ in range(n)]
+    for k in range(N):
+        if k == N // 2:
+            state = batch.save()
+            batch = f.start(n, state=state)
+        now = batch.update(t[k], z[:, k])
+        ones = [s.update(t[k], z[i, k]) for i, s in enumerate(singles)]
+        for i, one in enumerate(ones):
+            assert jink.STATUS[now.status[i]] == one.status
+            if now.status[i]:
+                sd = np.sqrt(np.diag(now.P[i]))
+                assert np.all(np.abs(now.x[i] - one.x) <= 1e-11 * (np.abs(one.x) + sd))
+            else:
+                assert np.isnan(now.x[i]).all()
+
+
+@claims("lag")
+@pytest.mark.parametrize("lag", [1, 3])
+def test_fixed_lag_is_the_smoother_of_what_was_seen(name, lag):
+    """At scan k the estimate of scan k - lag equals smoothing the rows up to k."""
+    t, z = scene(30)
+    live = build(name).start(lag=lag)
+    for k in range(30):
+        now = live.update(t[k], z[k])
+        if k < 5:
+            continue
+        whole = build(name).smooth(t[: k + 1], z[: k + 1])
+        sd = np.sqrt(np.diag(whole.P[k - lag]))
+        assert np.all(np.abs(now.x - whole.x[k - lag]) <= 1e-9 * (np.abs(now.x) + sd)), k
+        assert_allclose(now.mode_probability, whole.mode_probability[k - lag], atol=1e-9)
