@@ -76,7 +76,7 @@ def look(browser, tmp_path: Path) -> Iterator[Callable[..., Opened]]:
         opened.page.on("pageerror", lambda e: opened.complaints.append(f"error: {e}"))
         opened.page.on("request", lambda r: opened.requests.append(r.url))
         opened.page.goto(path.as_uri() + anchor)
-        opened.page.wait_for_selector("html[data-ready]", state="attached", timeout=20_000)
+        opened.page.wait_for_selector("html[data-ready]", state="attached", timeout=10_000)
         opened.page.wait_for_timeout(100)
         return opened
 

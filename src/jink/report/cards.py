@@ -1,21 +1,33 @@
 """The cards below the tracks: consistency, and what the run has to say of its input, cleaning and filter."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from jink.report.consistency import BINS, Consistency
 from jink.report.shell import escape
 
+_SHORT = 60  # characters: a list that reads as one value
+_COMPUTED = "consistency"  # the page computes this from the tracks and shows more of it
+
 
 def summary_cards(summary: Mapping[str, Any]) -> str:
-    """One card per key whose value is a mapping or a list, and one card of all the plain values."""
-    plain = {key: value for key, value in summary.items() if not isinstance(value, Mapping | list | tuple)}
-    nested = [(key, value) for key, value in summary.items() if key not in plain]
-    cards = [_card(str(key), _content(value)) for key, value in nested]
-    if plain:
-        cards.append(_card("Run", _pairs(plain)))
+    """One card for all the plain values, then one per key whose value is a mapping or a longer list."""
+    shown = {
+        key: value for key, value in summary.items() if key != _COMPUTED or not isinstance(value, Mapping)
+    }
+    plain = {
+        key: value for key, value in shown.items() if not isinstance(value, Mapping) and not _is_long(value)
+    }
+    cards = [_card("Run", _pairs(plain))] if plain else []
+    cards += [_card(_words(key), _content(value)) for key, value in shown.items() if key not in plain]
     return "\n".join(cards)
+
+
+def _is_long(value: Any) -> bool:
+    if not isinstance(value, list | tuple):
+        return False
+    return any(isinstance(item, Mapping) for item in value) or len(_text(value)) > _SHORT
 
 
 def _card(title: str, content: str) -> str:
@@ -26,17 +38,17 @@ def _card(title: str, content: str) -> str:
 def _content(value: Any) -> str:
     if isinstance(value, Mapping):
         return _pairs(value)
-    items = list(value)
-    if items and all(isinstance(item, Mapping) for item in items):
-        return _records(items)
-    return _pairs({i + 1: item for i, item in enumerate(items)}) if items else "<p>none</p>"
+    if _is_records(value):
+        return _records(value)
+    items = "".join(f"<li>{escape(_text(item))}</li>" for item in value)
+    return f"<ul>{items}</ul>" if items else "<p>none</p>"
 
 
 def _pairs(values: Mapping[Any, Any]) -> str:
     """Names and values; a mapping or list of mappings inside becomes a table with a heading of its own."""
     rows, below = [], []
     for key, value in values.items():
-        if (isinstance(value, Mapping) and value) or (isinstance(value, list) and _is_records(value)):
+        if (isinstance(value, Mapping) and value) or _is_records(value):
             below.append(f"<h4>{escape(_words(key))}</h4>{_content(value)}")
             continue
         if isinstance(value, list | tuple):
@@ -49,11 +61,13 @@ def _pairs(values: Mapping[Any, Any]) -> str:
     return (table + "".join(below)) or "<p>none</p>"
 
 
-def _is_records(value: list[Any]) -> bool:
-    return bool(value) and all(isinstance(item, Mapping) for item in value)
+def _is_records(value: Any) -> bool:
+    return (
+        isinstance(value, list | tuple) and bool(value) and all(isinstance(item, Mapping) for item in value)
+    )
 
 
-def _records(items: list[Mapping[str, Any]]) -> str:
+def _records(items: Sequence[Mapping[str, Any]]) -> str:
     names = list(dict.fromkeys(name for item in items for name in item))
     head = "".join(f'<th scope="col">{escape(_words(name))}</th>' for name in names)
     body = "".join(

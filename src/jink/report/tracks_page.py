@@ -18,7 +18,17 @@ from jink.report.rows import STATUSES, TrackRows, read_rows
 from jink.report.shell import escape, fill, page, write_page
 from jink.report.targets import group_median, target_table
 
-_SCRIPTS = ("geometry.js", "plan_draw.js", "plan.js", "chart_draw.js", "panels.js", "charts.js", "tracks.js")
+_SCRIPTS = (
+    "geometry.js",
+    "plan_draw.js",
+    "plan.js",
+    "plan_input.js",
+    "chart_draw.js",
+    "panels.js",
+    "charts.js",
+    "charts_input.js",
+    "tracks.js",
+)
 _BYTES = 5_500_000  # aimed at for the arrays before compression, times two: keeps a page below 8 MB
 _MOST_TARGETS = 5_000
 _GATED_BONUS = 0.05
@@ -38,7 +48,7 @@ def write_report(
     shown as tables. Raises ValueError naming missing columns, OSError when `path` cannot be written. Every
     number is computed from all rows; only what is drawn is decimated, keeping the shape of every curve.
     """
-    write_page(path, _page_text(tracks, summary, title or "Tracks"))
+    write_page(path, _page_text(tracks, summary, title or _title(summary)))
 
 
 def _page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str) -> str:
@@ -70,6 +80,14 @@ def _page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str) -> 
         footer=escape(_footer(drawing.drawn, len(every), listed, len(every.names))),
     )
     return page(title=title, body=body, scripts=_SCRIPTS, meta=meta, block=drawing.block)
+
+
+def _title(summary: Mapping[str, Any]) -> str:
+    """Tracks, and the names of the files they come from when the summary tells one or two."""
+    files = summary.get("files")
+    if isinstance(files, list | tuple) and 1 <= len(files) <= 2 and all(isinstance(f, str) for f in files):
+        return f"Tracks of {' and '.join(os.path.basename(f) for f in files)}"
+    return "Tracks"
 
 
 def _check(rows: TrackRows) -> Consistency:

@@ -15,8 +15,8 @@ class TimeCharts {
     this.ribbon = new Surface(ribbonHost, "Manoeuvre probability over the whole track; drag to move the time window.", () => this.drawRibbon());
     this.ribbon.overCanvas.tabIndex = -1;
     this.makeHeads();
-    this.listen();
-    this.listenRibbon();
+    listenToCharts(this);
+    listenToRibbon(this);
   }
 
   makeHeads() {
@@ -27,7 +27,12 @@ class TimeCharts {
       what.append(Object.assign(document.createElement("b"), { textContent: panel.title }), " ", unit);
       const keys = Object.assign(document.createElement("span"), { className: "keys" });
       panel.keys().forEach(([label, colour]) => {
-        const key = Object.assign(document.createElement("span"), { className: "key", textContent: label });
+        const key = Object.assign(document.createElement("span"), { className: "key", title: label });
+        const initials = label.includes(" ") && panel.key === "modes" ? initialsOf(label) : label;
+        key.append(
+          Object.assign(document.createElement("span"), { className: "long", textContent: label }),
+          Object.assign(document.createElement("span"), { className: "short", textContent: initials }),
+        );
         key.style.setProperty("--swatch", colour);
         keys.append(key);
       });
@@ -222,74 +227,5 @@ class TimeCharts {
     const t = this.timeAt(x);
     const row = lastAtMost(time, t, this.from, this.to);
     return row + 1 < this.to && time[row + 1] - t < t - time[row] ? row + 1 : row;
-  }
-
-  listen() {
-    const canvas = this.surface.overCanvas;
-    canvas.addEventListener("pointerdown", (event) => {
-      if (this.target < 0 || event.button !== 0 || event.pointerType === "touch") return;
-      canvas.setPointerCapture(event.pointerId);
-      const [x] = this.surface.at(event);
-      this.drag = [x, x];
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      if (this.target < 0) return;
-      const [x] = this.surface.at(event);
-      if (this.drag) this.drag[1] = x;
-      this.cursor = this.nearestRow(x);
-      this.onCursor(this.cursor);
-      this.drawOver();
-    });
-    const release = (event) => {
-      const drag = this.drag;
-      this.drag = null;
-      if (drag && event.type === "pointerup" && Math.abs(drag[1] - drag[0]) > 5) {
-        this.setWindow(...drag.map((x) => this.timeAt(x)).sort((p, q) => p - q));
-      } else {
-        this.drawOver();
-      }
-    };
-    canvas.addEventListener("pointerup", release);
-    canvas.addEventListener("pointercancel", release);
-    canvas.addEventListener("dblclick", () => this.showAll());
-    canvas.addEventListener("wheel", (event) => {
-      if (!event.ctrlKey && !event.metaKey) return;
-      event.preventDefault();
-      this.zoomBy(Math.exp(event.deltaY * 0.002), this.timeAt(this.surface.at(event)[0]));
-    }, { passive: false });
-    canvas.addEventListener("keydown", (event) => this.key(event));
-  }
-
-  key(event) {
-    const move = (step) => {
-      const start = this.cursor >= this.from ? this.cursor : this.rows()[0];
-      this.setCursor(Math.min(Math.max(start + step, this.from), this.to - 1));
-      this.onCursor(this.cursor);
-    };
-    const around = this.cursor >= this.from ? this.tracks.time[this.cursor] : undefined;
-    const stride = event.shiftKey ? 20 : 1;
-    const actions = {
-      ArrowLeft: () => move(-stride), ArrowRight: () => move(stride), "+": () => this.zoomBy(0.6, around), "=": () => this.zoomBy(0.6, around),
-      "-": () => this.zoomBy(1 / 0.6, around), 0: () => this.showAll(), Escape: () => this.showAll(),
-    };
-    if (this.target < 0 || event.ctrlKey || event.metaKey || !actions[event.key]) return;
-    event.preventDefault();
-    actions[event.key]();
-  }
-
-  listenRibbon() {
-    const canvas = this.ribbon.overCanvas;
-    const move = (event) => {
-      if (!(event.buttons & 1) || this.target < 0) return;
-      const [start, end] = this.whole;
-      const t = start + ((this.ribbon.at(event)[0] - GUTTER) / (this.ribbon.width - GUTTER - MARGIN)) * (end - start);
-      const half = this.zoomed ? (this.window[1] - this.window[0]) / 2 : (end - start) / 10;
-      this.setWindow(t - half, t + half);
-    };
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      move(event);
-    });
-    canvas.addEventListener("pointermove", move);
   }
 }

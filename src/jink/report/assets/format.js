@@ -95,3 +95,8 @@ function timeTicks(low, high, count, clock) {
   for (let t = Math.ceil(low / step) * step; t <= high; t += step) ticks.push(t);
   return { step, ticks };
 }
+
+// "constant velocity 2" to "CV2", for narrow screens.
+function initialsOf(label) {
+  return label.split(" ").map((word) => word[0].toUpperCase()).join("");
+}

@@ -16,7 +16,7 @@ class PlanView {
       () => this.draw(),
     );
     this.tip = document.getElementById("tip");
-    this.listen();
+    listenToPlan(this);
   }
 
   px(x) { return this.surface.width / 2 + (x - this.view.x) * this.view.k * this.view.aspect; }
@@ -42,6 +42,7 @@ class PlanView {
         x: from.x + f * (target.x - from.x), y: from.y + f * (target.y - from.y),
         k: from.k * (target.k / from.k) ** f, aspect: from.aspect + f * (target.aspect - from.aspect),
       };
+      this.moving = f < 1;
       this.surface.schedule();
     };
     if (smooth) this.animation = animate(260, steps);
@@ -103,16 +104,55 @@ class PlanView {
     this.surface.schedule();
   }
 
+  // Redraws; where that is slow, moves the last picture about first and redraws when the hand rests.
   draw() {
-    const { surface, tracks, boxes } = this;
-    const ctx = surface.base;
-    const { first, names } = tracks;
-    if (this.sizedFor !== `${surface.width}x${surface.height}`) {
-      this.sizedFor = `${surface.width}x${surface.height}`;
+    const size = `${this.surface.width}x${this.surface.height}`;
+    if (this.sizedFor !== size) {
+      this.sizedFor = size;
+      this.picture = null;
       if (this.fitted) this.view = this.fittingView(this.fitted);
     }
+    clearTimeout(this.later);
+    if (this.moving && this.picture && this.cost > 20) {
+      this.drawPicture();
+      this.later = setTimeout(() => this.drawAll(), 120);
+    } else {
+      this.drawAll();
+    }
+    this.drawOver();
+  }
+
+  drawPicture() {
+    const { view, picture, surface } = this;
+    const ctx = surface.base, { width, height } = surface;
+    const sy = view.k / picture.view.k, sx = (view.k * view.aspect) / (picture.view.k * picture.view.aspect);
     surface.clear(ctx);
     drawGraticule(ctx, this);
+    ctx.drawImage(picture.canvas, this.px(picture.view.x) - (width / 2) * sx, this.py(picture.view.y) - (height / 2) * sy, width * sx, height * sy);
+    drawScaleBar(ctx, this);
+  }
+
+  drawAll() {
+    const begin = performance.now();
+    const { surface } = this;
+    const { baseCanvas, base, ratio } = surface;
+    const canvas = this.picture?.canvas || document.createElement("canvas");
+    [canvas.width, canvas.height] = [baseCanvas.width, baseCanvas.height];
+    const ctx = canvas.getContext("2d");
+    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.drawTracks(ctx);
+    this.picture = { canvas, view: { ...this.view } };
+    this.moving = false;
+    surface.clear(base);
+    drawGraticule(base, this);
+    base.drawImage(canvas, 0, 0, surface.width, surface.height);
+    drawScaleBar(base, this);
+    this.cost = performance.now() - begin;
+  }
+
+  drawTracks(ctx) {
+    const { tracks, boxes } = this;
+    const { first, names } = tracks;
     const seen = names.map((_, t) => t).filter((t) => t !== this.chosen && this.visible(boxes[t]));
     const rows = seen.reduce((sum, t) => sum + first[t + 1] - first[t], 0);
     ctx.fillStyle = theme.dot;
@@ -124,8 +164,6 @@ class PlanView {
     strokePaths(ctx, paths, 1.4);
     ctx.globalAlpha = 1;
     if (this.chosen >= 0) this.drawChosen(ctx);
-    drawScaleBar(ctx, this);
-    this.drawOver();
   }
 
   drawChosen(ctx) {
@@ -199,57 +237,6 @@ class PlanView {
     return found;
   }
 
-  listen() {
-    const canvas = this.surface.overCanvas;
-    const held = new Map();
-    let moved = 0;
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      held.set(event.pointerId, this.surface.at(event));
-      if (held.size === 1) moved = 0;
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      const [x, y] = this.surface.at(event);
-      if (!held.has(event.pointerId)) return this.hover(x, y);
-      const [ox, oy] = held.get(event.pointerId);
-      moved += Math.abs(x - ox) + Math.abs(y - oy);
-      const others = [...held].filter(([id]) => id !== event.pointerId);
-      held.set(event.pointerId, [x, y]);
-      if (moved < 4) return;
-      this.tip.hidden = true;
-      if (others.length === 0) return this.pan(x - ox, y - oy);
-      const [, [px, py]] = others[0];
-      this.zoom(Math.hypot(x - px, y - py) / Math.max(1, Math.hypot(ox - px, oy - py)), (x + px) / 2, (y + py) / 2);
-    });
-    const release = (event) => {
-      if (event.type === "pointerup" && held.size === 1 && moved < 4) {
-        const hit = this.pick(...this.surface.at(event), event.pointerType === "touch" ? 24 : 14);
-        if (hit) this.onChoose(hit[0]);
-      }
-      held.delete(event.pointerId);
-    };
-    canvas.addEventListener("pointerup", release);
-    canvas.addEventListener("pointercancel", release);
-    canvas.addEventListener("pointerleave", () => { this.tip.hidden = true; });
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      this.zoom(Math.exp(-event.deltaY * (event.deltaMode === 1 ? 0.05 : 0.0018)), ...this.surface.at(event));
-    }, { passive: false });
-    canvas.addEventListener("keydown", (event) => this.key(event));
-  }
-
-  key(event) {
-    const { width, height } = this.surface;
-    const actions = {
-      ArrowLeft: () => this.pan(60, 0), ArrowRight: () => this.pan(-60, 0), ArrowUp: () => this.pan(0, 60), ArrowDown: () => this.pan(0, -60),
-      "+": () => this.zoom(1.4, width / 2, height / 2), "=": () => this.zoom(1.4, width / 2, height / 2),
-      "-": () => this.zoom(1 / 1.4, width / 2, height / 2), 0: () => this.fitAll(), Enter: () => this.fitChosen(),
-    };
-    if (event.ctrlKey || event.metaKey || !actions[event.key]) return;
-    event.preventDefault();
-    actions[event.key]();
-  }
-
   pan(dx, dy) {
     this.stopFollowing();
     this.view.x -= dx / (this.view.k * this.view.aspect);
@@ -270,6 +257,7 @@ class PlanView {
   stopFollowing() {
     this.animation && (this.animation.cancelled = true);
     this.fitted = null;
+    this.moving = true;
   }
 
   hover(x, y) {

@@ -84,7 +84,7 @@ function pageHandle(tracks, plan, charts) {
     },
     timeWindow: () => [...charts.window, ...charts.whole],
     view: () => ({ ...plan.view }),
-    redraw: () => plan.draw(),
+    redraw: () => plan.drawAll(),
   };
 }
 
