@@ -1,11 +1,11 @@
-"""Make examples/flights.parquet: the flights with the most clear turns of the `traffic` package's quickstart collection.
+"""Make examples/flights.parquet: the flights of traffic's quickstart collection with the most clear turns.
 
     pip download --no-deps traffic==2.13
     python scripts/extract_flights.py traffic-2.13-py3-none-any.whl
 
-Columns and values are the source's own (only renamed so that they carry their unit); rows are not cleaned: stale positions and
-gaps are part of the example. A clear turn: the course, taken from positions 10 s apart, changes at a rate that means at
-least 0.3 g sideways for 10 s on end.
+Columns and values are the source's own (only renamed so that they carry their unit); rows are not cleaned:
+stale positions and gaps are part of the example. A clear turn: the course, taken from positions 10 s apart,
+changes at a rate that means at least 0.3 g sideways for 10 s on end.
 """
 
 from __future__ import annotations
@@ -38,7 +38,9 @@ def read(source: Path) -> pl.DataFrame:
     """The collection from the wheel, or from the .json.gz inside it."""
     content = zipfile.ZipFile(source).read(MEMBER) if source.suffix == ".whl" else source.read_bytes()
     rows = json.loads(gzip.decompress(content))
-    table = pl.DataFrame([[row[name] for row in rows] for name in NAMES], schema=list(NAMES.values()), strict=False)
+    table = pl.DataFrame(
+        [[row[name] for row in rows] for name in NAMES], schema=list(NAMES.values()), strict=False
+    )
     return table.with_columns(pl.from_epoch("time", time_unit="ms").dt.replace_time_zone("UTC"))
 
 
@@ -53,11 +55,16 @@ def clear_turns(flight: pl.DataFrame) -> int:
     latitude = np.interp(grid, seconds[fresh], latitude[fresh])
     longitude = np.interp(grid, seconds[fresh], longitude[fresh])
     north = (latitude[WINDOW:] - latitude[:-WINDOW]) * 111_200.0 / WINDOW
-    east = (longitude[WINDOW:] - longitude[:-WINDOW]) * 111_200.0 * np.cos(np.radians(latitude[WINDOW:])) / WINDOW
+    east = (
+        (longitude[WINDOW:] - longitude[:-WINDOW])
+        * 111_200.0
+        * np.cos(np.radians(latitude[WINDOW:]))
+        / WINDOW
+    )
     course = np.unwrap(np.arctan2(east, north))
     rate = (course[WINDOW:] - course[:-WINDOW]) / WINDOW
     speed = np.hypot(east, north)[WINDOW // 2 : -(WINDOW // 2)]
-    hole = np.interp(grid[WINDOW : -WINDOW], seconds[fresh][1:], np.diff(seconds[fresh])) > 5.0
+    hole = np.interp(grid[WINDOW:-WINDOW], seconds[fresh][1:], np.diff(seconds[fresh])) > 5.0
     hard = (np.abs(rate) * speed > 0.3 * GRAVITY) & (speed > 50.0) & ~hole
     edges = np.flatnonzero(np.diff(np.r_[0, hard.astype(int), 0]))
     return int(((edges[1::2] - edges[::2]) >= SUSTAINED).sum())
@@ -65,7 +72,9 @@ def clear_turns(flight: pl.DataFrame) -> int:
 
 def main() -> None:
     """Rank the flights by clear turns, keep the first, write one Parquet file."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("source", type=Path, help="the wheel of traffic 2.13, or its quickstart.json.gz")
     parser.add_argument("-o", "--output", type=Path, default=Path("examples/flights.parquet"))
     parser.add_argument("-n", "--flights", type=int, default=25)
@@ -77,7 +86,9 @@ def main() -> None:
     buffer = io.BytesIO()
     flights.write_parquet(buffer, compression="zstd", compression_level=19)
     given.output.write_bytes(buffer.getvalue())
-    print(f"{given.output}: {flights.height} rows, {len(kept)} flights, {sum(turns[n] for n in kept)} clear turns, {len(buffer.getvalue()) / 1e6:.2f} MB")
+    count = sum(turns[name] for name in kept)
+    size = len(buffer.getvalue()) / 1e6
+    print(f"{given.output}: {flights.height} rows, {len(kept)} flights, {count} clear turns, {size:.2f} MB")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,232 @@
+"""The command line. Nothing heavy is imported before it is needed: `jink --help` has to be instant."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from typing import Annotated, Any
+
+try:
+    import typer
+except ImportError:
+    sys.exit('jink: the command line needs some more packages: pip install "jink[track]"')
+
+app = typer.Typer(
+    help="Track targets that manoeuvre: from noisy positions to velocity, acceleration, turn rate and the "
+    "probability that they manoeuvre.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+class Kind(StrEnum):
+    """What is tracked; it decides the default filter and what counts as a gap."""
+
+    aircraft = "aircraft"
+    fighter = "fighter"
+    vessel = "vessel"
+    vehicle = "vehicle"
+    drone = "drone"
+    person = "person"
+
+
+class AltitudeUnit(StrEnum):
+    """Unit of an altitude whose column name does not say."""
+
+    ft = "ft"
+    m = "m"
+
+
+class TimeUnit(StrEnum):
+    """Unit of numeric times whose column name does not say."""
+
+    s = "s"
+    ms = "ms"
+    us = "us"
+    ns = "ns"
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"jink {version('jink')}")
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and leave.")
+    ] = False,
+) -> None:
+    """Track targets that manoeuvre."""
+
+
+Flag: dict[str, Any] = {"metavar": " "}
+OUT, IN, CLEAN = "What comes out", "What goes in", "Cleaning (every step is on unless said otherwise)"
+
+
+@app.command()
+def track(
+    inputs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="INPUT...",
+            show_default=False,
+            help="Files or quoted patterns: CSV, Parquet, Arrow/Feather, JSON, JSON Lines, also .gz, .zst. "
+            "'-' reads JSON Lines from standard input and writes estimates as they come.",
+        ),
+    ],
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            rich_help_panel=OUT,
+            help="Tracks: .parquet .csv .jsonl .geojson .arrow",
+        ),
+    ] = None,
+    report: Annotated[
+        str | None, typer.Option(metavar="FILE", rich_help_panel=OUT, help="One HTML page to look at.")
+    ] = None,
+    json: Annotated[
+        bool,
+        typer.Option("--json", rich_help_panel=OUT, help="The summary as JSON on standard output.", **Flag),
+    ] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", rich_help_panel=OUT, help="No progress, no summary.", **Flag)
+    ] = False,
+    smooth: Annotated[
+        bool,
+        typer.Option(
+            "--smooth", "-s", help="Use the whole track for every estimate, not only its past.", **Flag
+        ),
+    ] = False,
+    kind: Annotated[
+        Kind,
+        typer.Option(
+            metavar="KIND",
+            help="aircraft, fighter, vessel, vehicle, drone or person: decides the default filter.",
+        ),
+    ] = Kind.aircraft,
+    filter_: Annotated[
+        str | None,
+        typer.Option(
+            "--filter", metavar="NAME", help="imm (default), cv, ca, singer, or a file written by save()."
+        ),
+    ] = None,
+    sensor_sd: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SD",
+            help="Measurement noise: 25 (metres), or position=25,altitude=10, or range=50,azimuth_deg=0.1. "
+            "Without: from ADS-B accuracy columns, or estimated from the data.",
+        ),
+    ] = None,
+    threads: Annotated[int | None, typer.Option(metavar="N", help="Default: all cores.")] = None,
+    columns: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MAP",
+            rich_help_panel=IN,
+            help="Name columns yourself: target=hex,altitude_ft=alt,time_ms=t",
+        ),
+    ] = None,
+    altitude_unit: Annotated[
+        AltitudeUnit | None,
+        typer.Option(metavar="ft|m", rich_help_panel=IN, help="Where the column's name does not say."),
+    ] = None,
+    time_unit: Annotated[
+        TimeUnit | None,
+        typer.Option(
+            metavar="UNIT", rich_help_panel=IN, help="s, ms, us or ns, where size and name do not say."
+        ),
+    ] = None,
+    site: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAT,LON",
+            rich_help_panel=IN,
+            help="Where the radar stands (also LAT,LON,ALTITUDE): puts x, y on the map.",
+        ),
+    ] = None,
+    gap: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            rich_help_panel=CLEAN,
+            help="So long without a position begins a new part; 0: never.",
+        ),
+    ] = None,
+    min_points: Annotated[
+        int,
+        typer.Option(metavar="N", rich_help_panel=CLEAN, help="Reject parts with fewer positions; 1: none."),
+    ] = 4,
+    no_sort: Annotated[
+        bool,
+        typer.Option(
+            "--no-sort", rich_help_panel=CLEAN, help="Reject rows out of order instead of sorting.", **Flag
+        ),
+    ] = False,
+    keep_duplicates: Annotated[
+        bool,
+        typer.Option(
+            "--keep-duplicates", rich_help_panel=CLEAN, help="Keep rows whose time occurs twice.", **Flag
+        ),
+    ] = False,
+    keep_stale: Annotated[
+        bool,
+        typer.Option(
+            "--keep-stale",
+            rich_help_panel=CLEAN,
+            help="Believe repeated positions of moving targets.",
+            **Flag,
+        ),
+    ] = False,
+    no_check: Annotated[
+        bool,
+        typer.Option("--no-check", rich_help_panel=CLEAN, help="Believe impossible coordinates.", **Flag),
+    ] = False,
+) -> None:
+    """Tracks from position reports: clean, estimate the noise, filter or smooth, write estimates.
+
+    Rows that end up in no track go to *.rejected.parquet beside the output, with file, row and reason.
+    """
+    from .track_command import Request, run_command
+
+    request = Request(
+        inputs=inputs,
+        output=output,
+        report=report,
+        smooth=smooth,
+        kind=kind.value,
+        filter=filter_,
+        sensor_sd=sensor_sd,
+        site=site,
+        columns=columns or [],
+        altitude_unit=altitude_unit and altitude_unit.value,
+        time_unit=time_unit and time_unit.value,
+        gap=gap,
+        min_points=min_points,
+        sort=not no_sort,
+        drop_duplicates=not keep_duplicates,
+        drop_stale=not keep_stale,
+        check_coordinates=not no_check,
+        threads=threads,
+        json=json,
+        quiet=quiet,
+    )
+    raise typer.Exit(run_command(request))
+
+
+def main() -> Any:
+    """Entry point of the console script."""
+    return app()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,151 @@
+"""Files in: CSV, Parquet, Arrow/Feather, JSON, JSON Lines, plain, .gz or .zst, told apart by content.
+
+A `Table` knows its column names before it is read, so that only the columns that are needed get parsed.
+Reading gives two frames: the rows, with their number in the file (`row`, from 0, as a DataFrame of the same
+file would count them), and the rows that could not be read at all, with the reason.
+"""
+
+from __future__ import annotations
+
+import glob
+import gzip
+import io
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import polars as pl
+
+from . import csv_text, json_text
+from .errors import InputError
+from .rejected import unreadable
+
+Rows = tuple[pl.DataFrame, pl.DataFrame]
+
+UNREADABLE = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
+MAGIC = {b"PAR1": "parquet", b"ARROW1": "arrow", b"\xff\xff\xff\xff": "arrow stream"}
+FOREIGN = {
+    b"PK\x03\x04": "a ZIP archive (unpack it first; an Excel sheet has to be exported as CSV)",
+    b"FEA1": "a Feather file of version 1 (write it again with version 2)",
+    b"\x89HDF": "an HDF5 file (export it as Parquet or CSV)",
+    b"BZh": "compressed with bzip2 (plain, .gz and .zst are read)",
+    b"\xfd7zXZ": "compressed with xz (plain, .gz and .zst are read)",
+    b"SQLi": "an SQLite database (export the table as Parquet or CSV)",
+}
+
+
+@dataclass(frozen=True)
+class Table:
+    """One input file: its name, its columns, and how to read some of them."""
+
+    file: str
+    format: str
+    names: list[str]
+    read: Callable[[Sequence[str]], Rows]
+
+
+def expand(inputs: Sequence[str | Path]) -> list[Path]:
+    """Paths and glob patterns to files, in the order given, each once; InputError for what does not exist."""
+    found: dict[Path, None] = {}
+    for given in inputs:
+        path = Path(given)
+        if path.is_dir():
+            raise InputError(f"{given} is a directory; give its files, for example '{path / '*.parquet'}'")
+        if path.is_file():
+            found[path] = None
+            continue
+        matches = sorted(p for p in map(Path, glob.glob(str(given), recursive=True)) if p.is_file())
+        if not matches:
+            what = "no file matches the pattern" if glob.has_magic(str(given)) else "no such file:"
+            raise InputError(f"{what} {given}")
+        found.update(dict.fromkeys(matches))
+    if not found:
+        raise InputError("no input file was given")
+    return list(found)
+
+
+def open_table(path: Path) -> Table:
+    """Recognise a file's format by its first bytes and read its column names, or raise InputError."""
+    file = str(path)
+    try:
+        with path.open("rb") as handle:
+            head = handle.read(16)
+    except OSError as error:
+        raise InputError(f"{file} cannot be opened: {error.strerror}") from None
+    if not head:
+        raise InputError(f"{file} is empty")
+    if head.startswith((b"\x1f\x8b", b"\x28\xb5\x2f\xfd")):
+        return _from_bytes(file, _decompress(path, head))
+    for magic, what in FOREIGN.items():
+        if head.startswith(magic):
+            raise InputError(f"{file} is {what}")
+    for magic, kind in MAGIC.items():
+        if head.startswith(magic):
+            return _columnar(file, path, kind)
+    return _from_bytes(file, path.read_bytes())
+
+
+def _decompress(path: Path, head: bytes) -> bytes:
+    """The content of a .gz or .zst file; polars brings the zstd decoder."""
+    try:
+        if head.startswith(b"\x1f\x8b"):
+            return gzip.decompress(path.read_bytes())
+        return "\n".join(pl.read_lines(path)["line"].to_list()).encode()
+    except (OSError, EOFError, zlib.error, pl.exceptions.PolarsError) as error:
+        raise InputError(
+            f"{path} is compressed and cannot be unpacked (truncated or damaged?): {error}"
+        ) from None
+
+
+def _from_bytes(file: str, content: bytes) -> Table:
+    for magic, kind in MAGIC.items():
+        if content.startswith(magic):
+            return _columnar(file, io.BytesIO(content), kind)
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        content = content.decode("utf-16", errors="replace").encode()
+    content = content.removeprefix(b"\xef\xbb\xbf")
+    start = content[:4096].lstrip()[:1]
+    if not content.strip():
+        raise InputError(f"{file} is empty")
+    if start in (b"[", b"{"):
+        text = json_text.JsonText(file, content)
+        return Table(file, "json", text.names, text.read)
+    if b"\x00" in content[:4096]:
+        raise InputError(
+            f"{file} is a binary file of an unknown format; "
+            "CSV, Parquet, Arrow/Feather, JSON and JSON Lines are read"
+        )
+    table = csv_text.CsvText(file, content)
+    return Table(file, "csv", table.names, table.read)
+
+
+def _columnar(file: str, source: Path | io.BytesIO, kind: str) -> Table:
+    """Parquet and Arrow: the schema is known without reading the rows."""
+    try:
+        if kind == "parquet":
+            names = list(pl.read_parquet_schema(source))
+        elif kind == "arrow":
+            names = list(pl.read_ipc_schema(source))
+        else:
+            names = pl.read_ipc_stream(source).columns
+    except UNREADABLE as error:
+        raise InputError(f"{file} is not a readable {kind} file (truncated or damaged?): {error}") from None
+
+    def read(wanted: Sequence[str]) -> Rows:
+        if isinstance(source, io.BytesIO):
+            source.seek(0)
+        try:
+            if kind == "parquet":
+                frame = pl.read_parquet(source, columns=list(wanted))
+            elif kind == "arrow":
+                frame = pl.read_ipc(source, columns=list(wanted))
+            else:
+                frame = pl.read_ipc_stream(source, columns=list(wanted))
+        except UNREADABLE as error:
+            raise InputError(
+                f"{file} is not a readable {kind} file (truncated or damaged?): {error}"
+            ) from None
+        return frame.with_row_index("row"), unreadable()
+
+    return Table(file, kind, names, read)

@@ -1,0 +1,300 @@
+"""Columns as they were found to measurements in SI units; what cannot be read is named and set aside.
+
+What a name does not say is decided for the whole table, said in a note, and can be given by the user:
+
+- *time*, a number: by its size seconds, milliseconds, microseconds or nanoseconds since 1970, or plain
+  seconds when below 1e8;
+- *altitude* without a unit: feet in a table that also has `groundspeed` and `vertical_rate` (the `traffic`
+  package and its kin decode ADS-B in feet, knots and feet per minute), metres otherwise (OpenSky's
+  `geoaltitude` and `baroaltitude`, GPS logs);
+- *azimuth, elevation* without a unit: radians, or degrees as soon as one value is beyond ±2π.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import polars as pl
+
+from .columns import ANGLE, Column, Columns, normal
+from .errors import InputError
+from .times import read_times
+
+FOOT = 0.3048
+DIMENSIONS = {
+    "geographic": ("latitude", "longitude", "altitude"),
+    "cartesian": ("x", "y", "z"),
+    "polar": ("range", "azimuth", "elevation", "altitude"),
+}
+# metres: 95 % horizontal bound (estimated position uncertainty) of NACp, containment radius of NIC,
+# 95 % vertical bound of GVA (RTCA DO-260B)
+NACP = {
+    11: 3.0,
+    10: 10.0,
+    9: 30.0,
+    8: 92.6,
+    7: 185.2,
+    6: 555.6,
+    5: 926.0,
+    4: 1852.0,
+    3: 3704.0,
+    2: 7408.0,
+    1: 18520.0,
+}
+NIC = {
+    11: 7.5,
+    10: 25.0,
+    9: 75.0,
+    8: 185.2,
+    7: 370.4,
+    6: 1111.2,
+    5: 1852.0,
+    4: 3704.0,
+    3: 7408.0,
+    2: 14816.0,
+    1: 37040.0,
+}
+GVA = {2: 45.0, 1: 150.0}
+RAYLEIGH_95 = math.sqrt(-2.0 * math.log(0.05))  # radius of the 95 % circle of a circular Gaussian of sd 1
+RAYLEIGH_NIC = math.sqrt(
+    -2.0 * math.log(1e-5)
+)  # NIC's radius is left once in 1e5 (the weakest integrity level, SIL 2)
+
+
+@dataclass
+class Measurements:
+    """Measurements in SI units, one row per readable input row, and what was noticed on the way.
+
+    `rows` has file, row, target, source, time (seconds, since 1970 when `absolute`), the position's
+    components (NaN: missing), speed, position_sd and altitude_sd (from ADS-B accuracy categories; NaN: not
+    stated).
+    """
+
+    rows: pl.DataFrame
+    rejected: list[pl.DataFrame]
+    position: str
+    absolute: bool
+    named: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def measure(
+    file: str | None,
+    frame: pl.DataFrame,
+    columns: Columns,
+    *,
+    altitude_unit: str | None = None,
+    time_unit: str | None = None,
+    default_target: str = "0",
+    check_coordinates: bool = True,
+) -> Measurements:
+    """Convert the recognised columns of `frame`, which has `row` too; InputError if no time is readable."""
+    where = file or "the table"
+    notes: list[str] = []
+    times = read_times(where, frame[columns.roles["time"].name], columns.roles["time"].unit, time_unit)
+    notes += times.notes
+    problems: list[tuple[str, np.ndarray, pl.Series | None]] = [
+        ("time is missing or unreadable", np.isnan(times.seconds), frame[columns.roles["time"].name])
+    ]
+    target, target_note = _targets(frame, columns, default_target)
+    notes += target_note
+    if "target" in columns.roles:
+        problems.append(("no identifier", target.is_null().to_numpy(), frame[columns.roles["target"].name]))
+    values: dict[str, np.ndarray] = {}
+    for name in (n for n in DIMENSIONS[columns.position] if n in columns.roles):
+        column = columns.roles[name]
+        number, bad = numbers(frame[column.name])
+        unit, note = _unit(name, column, number, columns, altitude_unit)
+        notes += note
+        values[name] = number * unit
+        if name == "altitude" and bad.any():
+            notes.append(
+                f"{int(bad.sum())} unreadable altitudes in column {column.name!r} are taken as missing"
+            )
+        elif bad.any():
+            problems.append((f"{name} is not a number", bad, frame[column.name]))
+    if columns.position == "geographic":
+        _degrees(values)
+    if check_coordinates:
+        problems += [(reason, bad, None) for reason, bad in _invalid(columns.position, values)]
+    rows = pl.DataFrame(
+        {"file": pl.repeat(file, frame.height, dtype=pl.String, eager=True), "row": frame["row"]}
+    ).with_columns(
+        target,
+        _source(frame, columns, file),
+        pl.Series("time", times.seconds),
+        *[pl.Series(name, value) for name, value in values.items()],
+        pl.Series("speed", _speed(frame, columns)),
+        *_accuracies(frame, columns),
+    )
+    rejected, good = _reject(rows, problems)
+    if not good.any() and frame.height:
+        _, bad, raw = problems[0]
+        if bad.all() and raw is not None:
+            raise InputError(
+                f"{where}: no time could be read in column {columns.roles['time'].name!r} "
+                f"(its first value is {_first(raw)!r}); "
+                "expected are ISO 8601 date-times or numbers (seconds, or ms, us, ns since 1970)"
+            )
+    return Measurements(
+        rows.filter(pl.Series(good)), rejected, columns.position, times.absolute, columns.named(), notes
+    )
+
+
+def numbers(series: pl.Series) -> tuple[np.ndarray, np.ndarray]:
+    """Any column as floats (NaN: missing or unreadable) and which values were there but no numbers."""
+    if series.dtype == pl.Null:
+        return np.full(len(series), np.nan), np.zeros(len(series), bool)
+    if series.dtype in (pl.Categorical, pl.Enum):
+        series = series.cast(pl.String)
+    if series.dtype == pl.String:
+        text = series.str.strip_chars()
+        empty = text.is_null() | text.str.to_lowercase().is_in(
+            ["", "na", "n/a", "nan", "null", "none", "-", "ground"]
+        )
+        value = text.cast(pl.Float64, strict=False)
+        bad = ~empty & (value.is_null() | value.is_nan())
+        return value.fill_null(float("nan")).to_numpy(), bad.to_numpy()
+    if series.dtype.is_numeric():
+        return series.cast(pl.Float64).fill_null(float("nan")).to_numpy(), np.zeros(len(series), bool)
+    return np.full(len(series), np.nan), series.is_not_null().to_numpy()
+
+
+def _targets(frame: pl.DataFrame, columns: Columns, default: str) -> tuple[pl.Series, list[str]]:
+    if "target" not in columns.roles:
+        note = (
+            f"no identifier column was recognised: all rows are target {default!r} (or: --columns target=...)"
+        )
+        return pl.repeat(default, frame.height, dtype=pl.String, eager=True).alias("target"), [note]
+    series = frame[columns.roles["target"].name]
+    if series.dtype.is_float():
+        whole = series.is_finite() & (series == series.round())
+        series = series.fill_nan(None)
+        if whole.filter(series.is_not_null()).all():
+            series = series.cast(pl.Int64, strict=False)
+    if series.dtype.is_nested() or series.dtype == pl.Binary:
+        raise InputError(
+            f"identifier column {series.name!r} holds {series.dtype}; text or numbers are expected"
+        )
+    text = series.cast(pl.String).str.strip_chars()
+    return text.set(text == "", None).alias("target"), []
+
+
+def _source(frame: pl.DataFrame, columns: Columns, file: str | None) -> pl.Series:
+    """Who measured: the sensor's column where there is one, otherwise the file."""
+    if "source" in columns.roles:
+        return frame[columns.roles["source"].name].cast(pl.String).fill_null("unknown").alias("source")
+    return pl.repeat(file or "data", frame.height, dtype=pl.String, eager=True).alias("source")
+
+
+def _unit(
+    name: str, column: Column, value: np.ndarray, columns: Columns, altitude_unit: str | None
+) -> tuple[float, list[str]]:
+    """The unit of a column in SI units and, where it had to be assumed, a note that says so."""
+    if name == "altitude" and altitude_unit is not None:
+        return {"ft": FOOT, "m": 1.0}[altitude_unit], []
+    if column.unit is not None:
+        return column.unit, []
+    if name == "altitude":
+        names = {normal(n) for n in columns.names}
+        feet = {"groundspeed", "vertical_rate"} <= names
+        why = (
+            "the table also has groundspeed and vertical_rate, as decoded ADS-B in feet and knots"
+            if feet
+            else "SI by default"
+        )
+        unit = "feet" if feet else "metres"
+        return FOOT if feet else 1.0, [
+            f"altitude in column {column.name!r} is taken as {unit} ({why}); "
+            "--altitude-unit ft|m says otherwise"
+        ]
+    if name in ("azimuth", "elevation"):
+        known = np.abs(value[np.isfinite(value)])
+        degrees = bool((known > 2 * math.pi + 1e-9).any())
+        unit = "degrees (values beyond 2 pi)" if degrees else "radians (no value beyond 2 pi)"
+        return ANGLE["deg"] if degrees else 1.0, [
+            f"{name} in column {column.name!r} is taken as {unit}; --columns {name}_deg={column.name} says it"
+        ]
+    return 1.0, []
+
+
+def _degrees(values: dict[str, np.ndarray]) -> None:
+    """Angles were turned to radians with everything else; geodesy speaks degrees, longitude within ±180."""
+    for name in ("latitude", "longitude"):
+        values[name] = np.degrees(values[name])
+    with np.errstate(invalid="ignore"):
+        beyond = np.abs(values["longitude"]) > 180.0
+        values["longitude"][beyond & (values["longitude"] <= 360.0)] -= 360.0
+
+
+def _invalid(position: str, values: dict[str, np.ndarray]) -> list[tuple[str, np.ndarray]]:
+    """Coordinates that cannot be, by reason. A missing altitude is no reason, half a position is."""
+    found: list[tuple[str, np.ndarray]] = []
+    with np.errstate(invalid="ignore"):
+        if position == "geographic":
+            latitude, longitude = values["latitude"], values["longitude"]
+            found.append(("latitude beyond ±90°", np.abs(latitude) > 90.0))
+            found.append(("longitude beyond ±360°", np.abs(longitude) > 180.0))
+            found.append(("latitude and longitude exactly 0", (latitude == 0.0) & (longitude == 0.0)))
+            found.append(
+                ("latitude without longitude or the reverse", np.isnan(latitude) != np.isnan(longitude))
+            )
+        for name, value in values.items():
+            found.append((f"{name} is infinite", np.isinf(value)))
+        if position == "polar":
+            found.append(("range is negative", values["range"] < 0.0))
+    return [(reason, bad) for reason, bad in found if bad.any()]
+
+
+def _speed(frame: pl.DataFrame, columns: Columns) -> np.ndarray:
+    if "speed" not in columns.roles:
+        return np.full(frame.height, np.nan)
+    return numbers(frame[columns.roles["speed"].name])[0] * (columns.roles["speed"].unit or 1.0)
+
+
+def _accuracies(frame: pl.DataFrame, columns: Columns) -> list[pl.Series]:
+    """Sds (m) that ADS-B accuracy categories stand for; NACp before NIC, NaN where unknown."""
+
+    def looked_up(role: str, table: dict[int, float], divisor: float) -> np.ndarray:
+        if role not in columns.roles:
+            return np.full(frame.height, np.nan)
+        category = numbers(frame[columns.roles[role].name])[0]
+        steps = np.full(16, np.nan)
+        steps[list(table)] = np.array(list(table.values())) / divisor
+        known = np.isfinite(category) & (category >= 0) & (category < 16)
+        return np.where(known, steps[np.where(known, category, 0).astype(int)], np.nan)
+
+    horizontal = looked_up("nacp", NACP, RAYLEIGH_95)
+    horizontal = np.where(np.isnan(horizontal), looked_up("nic", NIC, RAYLEIGH_NIC), horizontal)
+    return [pl.Series("position_sd", horizontal), pl.Series("altitude_sd", looked_up("gva", GVA, 1.96))]
+
+
+def _reject(
+    rows: pl.DataFrame, problems: list[tuple[str, np.ndarray, pl.Series | None]]
+) -> tuple[list[pl.DataFrame], np.ndarray]:
+    """Split off rows with a problem, each with its first reason and the value that was there."""
+    good = np.ones(rows.height, bool)
+    rejected = []
+    for reason, bad, raw in problems:
+        bad = bad & good
+        if not bad.any():
+            continue
+        good &= ~bad
+        mask = pl.Series(bad)
+        part = rows.select("file", "row", "target").filter(mask).with_columns(reason=pl.lit(reason))
+        if raw is not None:
+            text = (
+                raw.filter(mask).cast(pl.String, strict=False)
+                if not raw.dtype.is_nested()
+                else pl.repeat(None, part.height, dtype=pl.String, eager=True)
+            )
+            part = part.with_columns(text.str.slice(0, 80).alias("value"))
+        rejected.append(part)
+    return rejected, good
+
+
+def _first(series: pl.Series) -> object:
+    known = series.drop_nulls()
+    return known[0] if len(known) else None

@@ -1,0 +1,152 @@
+"""Tables out: Parquet, CSV, JSON Lines and GeoJSON by extension, each file complete or not there at all."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from typing import IO
+
+import polars as pl
+
+from .errors import InputError
+
+FORMATS = {
+    ".parquet": "parquet", ".pq": "parquet", ".csv": "csv", ".jsonl": "jsonl", ".ndjson": "jsonl",
+    ".geojson": "geojson", ".arrow": "arrow", ".feather": "arrow",
+}  # fmt: skip
+
+
+def format_of(path: Path) -> str:
+    """The format that a file name asks for; text formats may end in .gz as well."""
+    name = path.name.removesuffix(".gz")
+    suffix = Path(name).suffix.lower()
+    kind = FORMATS.get(suffix)
+    if kind is None or (name != path.name and kind in ("parquet", "arrow")):
+        known = "tracks.parquet, .csv, .jsonl, .geojson or .arrow (text also with .gz)"
+        raise InputError(f"the output {path} has an extension that is no known format; write to {known}")
+    return kind
+
+
+def check_writable(path: Path) -> None:
+    """InputError before the work is done, not after, when the output cannot be written."""
+    if path.is_dir():
+        raise InputError(f"the output {path} is a directory")
+    folder = path.parent
+    if not folder.is_dir():
+        raise InputError(f"the output {path} cannot be written: there is no directory {folder}")
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"the output {path} cannot be written: no permission to write in {folder}")
+
+
+@contextmanager
+def atomically(*paths: Path) -> Iterator[list[Path]]:
+    """Temporary files beside the targets; on success all are renamed into place, on failure none is left."""
+    temporary: list[Path] = []
+    try:
+        for path in paths:
+            handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+            os.close(handle)
+            temporary.append(Path(name))
+        yield temporary
+        mask = os.umask(0)
+        os.umask(mask)
+        for source, path in zip(temporary, paths, strict=True):
+            os.chmod(source, 0o666 & ~mask)
+            os.replace(source, path)
+    finally:
+        for source in temporary:
+            source.unlink(missing_ok=True)
+
+
+def write_tracks(tracks: pl.DataFrame, path: Path, kind: str) -> None:
+    """Write to `path` (any name) in the format `kind`; nulls are empty in CSV and null in JSON."""
+    if kind == "parquet":
+        tracks.write_parquet(path, compression="zstd", compression_level=1)
+        return
+    if kind == "arrow":
+        tracks.write_ipc(path)
+        return
+    writers: dict[str, Callable[[pl.DataFrame, IO[bytes]], None]] = {
+        "csv": _write_csv,
+        "jsonl": _write_json_lines,
+        "geojson": _write_geojson,
+    }
+    with path.open("wb") as handle:
+        writers[kind](tracks, handle)
+
+
+def compress(path: Path) -> None:
+    """Replace a file's content by its gzip form."""
+    content = path.read_bytes()
+    path.write_bytes(gzip.compress(content, 6, mtime=0))
+
+
+def _write_csv(tracks: pl.DataFrame, handle: IO[bytes]) -> None:
+    plain_times(tracks).write_csv(handle)
+
+
+def _write_json_lines(tracks: pl.DataFrame, handle: IO[bytes]) -> None:
+    plain_times(tracks).write_ndjson(handle)
+
+
+def plain_times(tracks: pl.DataFrame) -> pl.DataFrame:
+    """Date-times as ISO 8601 in UTC with a Z, which every reader understands."""
+    times = [name for name, kind in tracks.schema.items() if isinstance(kind, pl.Datetime)]
+    return tracks.with_columns(pl.col(name).dt.strftime("%Y-%m-%dT%H:%M:%S%.6fZ") for name in times)
+
+
+def _write_geojson(tracks: pl.DataFrame, handle: IO[bytes]) -> None:
+    """RFC 7946: a line for every track part, then a point for every row with all its columns."""
+    handle.write(b'{"type":"FeatureCollection","features":[\n')
+    lines = list(_lines(tracks))
+    handle.write(b",\n".join(json.dumps(line, ensure_ascii=False).encode() for line in lines))
+    table = plain_times(tracks)
+    names = [name for name in table.columns if name not in ("latitude", "longitude")]
+    point = pl.concat_list("longitude", "latitude")
+    separator = ",\n" if lines else ""
+    for start in range(0, table.height, 50_000):
+        chunk = table.slice(start, 50_000).select(
+            point.alias("coordinates"),
+            pl.struct(names).struct.json_encode().alias("properties"),
+            known=pl.col("latitude").is_not_null(),
+        )
+        texts = []
+        for coordinates, properties, known in chunk.iter_rows():
+            place = f'{{"type":"Point","coordinates":[{coordinates[0]!r},{coordinates[1]!r}]}}'
+            geometry = place if known else "null"
+            texts.append(f'{{"type":"Feature","geometry":{geometry},"properties":{properties}}}')
+        handle.write((separator + ",\n".join(texts)).encode())
+        separator = ",\n"
+    handle.write(b"\n]}\n")
+
+
+def _lines(tracks: pl.DataFrame) -> Iterator[dict[str, object]]:
+    known = tracks.filter(pl.col("latitude").is_not_null())
+    for (target, part), rows in known.group_by(["target", "part"], maintain_order=True):
+        places = list(zip(rows["longitude"].to_list(), rows["latitude"].to_list(), strict=True))
+        ends = plain_times(rows.select("time")[[0, -1]])["time"].to_list()
+        properties = {"target": target, "part": part, "rows": len(places), "start": ends[0], "end": ends[1]}
+        yield {"type": "Feature", "geometry": _line(places), "properties": properties}
+
+
+def _line(places: list[tuple[float, float]]) -> dict[str, object]:
+    """A line, or several where it crosses the antimeridian (RFC 7946, section 3.1.9)."""
+    pieces: list[list[tuple[float, float]]] = [[places[0]]]
+    for (lon, lat), (next_lon, next_lat) in pairwise(places):
+        if abs(next_lon - lon) > 180.0:
+            edge = 180.0 if lon > 0 else -180.0
+            share = (edge - lon) / (next_lon + 2 * edge - lon) if next_lon + 2 * edge != lon else 0.0
+            crossing = lat + share * (next_lat - lat)
+            pieces[-1].append((edge, crossing))
+            pieces.append([(-edge, crossing)])
+        pieces[-1].append((next_lon, next_lat))
+    pieces = [piece if len(piece) > 1 else piece * 2 for piece in pieces]
+    if len(pieces) == 1:
+        return {"type": "LineString", "coordinates": pieces[0]}
+    return {"type": "MultiLineString", "coordinates": pieces}

@@ -1,0 +1,105 @@
+"""The summary for people: one line per question that someone asks after a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from .summary import CLEANED
+
+
+def show(summary: dict[str, Any]) -> None:
+    """Print the summary on standard output, in colour where the terminal has it."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for name, text in lines(summary):
+        table.add_row(name, Text(text))
+    Console(highlight=False).print(table)
+
+
+def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Name and text of every line; names that repeat are left empty."""
+    rejected = sum(summary["rejected"].values())
+    yield "Rows", f"{summary['rows']:,} read, {summary['accepted']:,} in tracks, {rejected:,} rejected"
+    yield from _listed("Rejected", [f"{count:,}  {reason}" for reason, count in summary["rejected"].items()])
+    parts = _plural(summary["parts"], "part")
+    yield (
+        "Targets",
+        f"{summary['targets']:,} in {parts} (a new part after {summary['gap_seconds']:g} s without position)",
+    )
+    yield "Time", f"{summary['start']} to {summary['end']}"
+    yield (
+        "Columns",
+        ", ".join(f"{role} = {name}" if role != name else role for role, name in summary["columns"].items()),
+    )
+    done = [
+        f"{count:,}  {CLEANED[name]}"
+        for name, count in summary["cleaning"].items()
+        if count and "rejected" not in CLEANED[name]
+    ]
+    yield from _listed("Cleaning", done or ["nothing to do"])
+    yield from _listed("Noise", list(_noise(summary["noise"])))
+    how = "smoothed" if summary["smoothed"] else "filtered"
+    yield from _listed(
+        "Filter",
+        [f"{text}, {how}, for {summary['kind']}, {axes}" for axes, text in summary["filter"].items()],
+    )
+    yield "Status", ", ".join(f"{count:,} {status}" for status, count in summary["status"].items())
+    if summary["consistency"]:
+        share, mean = summary["consistency"]["inside_95"], summary["consistency"]["mean_per_dimension"]
+        yield (
+            "NIS",
+            f"{100 * share:.1f} % inside the 95 % band, mean per dimension {mean:.2f} "
+            "(1 is consistent; of a mixture not exactly)",
+        )
+    yield from _listed("Note", summary["notes"])
+    yield from _listed(
+        "Written", [f"{path} ({_size(Path(path).stat().st_size)})" for path in summary.get("written", [])]
+    )
+    yield "Took", f"{summary['seconds']:.1f} s"
+
+
+def _noise(sources: list[dict[str, Any]]) -> Iterator[str]:
+    """The first few sources; how the figure was come by is said with it."""
+    for line in sources[:3]:
+        pieces = []
+        for name in ("position", "altitude", "range", "azimuth", "elevation"):
+            if f"{name}_sd" not in line:
+                continue
+            unit = "mrad" if name in ("azimuth", "elevation") else "m"
+            value = line[f"{name}_sd"] * (1000.0 if unit == "mrad" else 1.0)
+            pieces.append(f"{name} {value:.3g} {unit} ({line.get(f'{name}_sd_from', '')})")
+            if line.get(f"{name}_sd_stated_rows"):
+                pieces.append(f"{name} as stated by ADS-B for {line[f'{name}_sd_stated_rows']:,} rows")
+            if name == "position" and line.get("time_sd"):
+                pieces.append(f"time stamps {line['time_sd']:.2g} s")
+            if f"{name}_sd_range" in line and line.get(f"{name}_sd_from") == "estimated":
+                low, high = line[f"{name}_sd_range"]
+                pieces.append(f"by target {low:.2g} to {high:.2g} m")
+        where = f"{Path(line['source']).name}: " if len(sources) > 1 else ""
+        yield where + ", ".join(pieces)
+    if len(sources) > 3:
+        yield f"and {len(sources) - 3} more sources (--json lists them)"
+
+
+def _listed(name: str, texts: list[str]) -> Iterator[tuple[str, str]]:
+    for number, text in enumerate(texts):
+        yield name if number == 0 else "", text
+
+
+def _plural(count: int, noun: str) -> str:
+    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
+
+
+def _size(count: float) -> str:
+    for unit in ("B", "kB", "MB"):
+        if count < 1000.0:
+            return f"{count:.3g} {unit}"
+        count /= 1000.0
+    return f"{count:.3g} GB"
