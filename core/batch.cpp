@@ -184,7 +184,7 @@ class Runner {
             if (out.status)
                 for (int l = 0; l < lanes; ++l)
                     if (from + k < rows.count[l]) out.status[rows.start[l] + from + k] = static_cast<unsigned char>(status_of(state, o, l));
-            if (smoothing) record(state, scan, o, before, c.declared.axes(), records[from + k]);
+            if (smoothing) record(step, state, scan, o, before, records[from + k]);
             else estimate(k, state.arena.data(), state.probability.data(), state.started);
         }
         if (!smoothing) scatter_estimates(from, scans);

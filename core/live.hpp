@@ -118,7 +118,7 @@ template <class T> class Live {
         std::deque<Record<T>> &past = history[pack];
         if (times.size() != history.size()) times.resize(history.size());
         Record<T> r;
-        record(s, scan, out.outcome, before, c->declared.axes(), r);
+        record(step, s, scan, out.outcome, before, r);
         past.push_back(std::move(r)), times[pack].push_back(s.time);
         if (int(past.size()) > lag + 1) past.pop_front(), times[pack].pop_front();
         back.last(past.back());

@@ -1,211 +1,247 @@
-// Backward smoothing of a filtered stretch: Rauch-Tung-Striebel for one mode, its mixture form for several.
+// Fixed-interval smoothing of several modes, by messages from the future.
 //
-// For every pair (mode i at k, mode j at k+1) a Rauch-Tung-Striebel step takes mode i's filtered estimate to mode j's
-// smoothed one; the pairs of a mode i are then matched to one Gaussian. A pair weighs
+// Of each mode j the measurements after a scan say, as a function of the state x about the filtered estimate x_j,
 //
-//   p(i, j | Z) = p(j | Z) Pi_ij mu_i N(xs_j; x-_ij, P-_ij) / sum_i (the same)
+//   log p(Z_future | x, j) = s_j + h_j' (x - x_j) - 1/2 (x - x_j)' J_j (x - x_j)
 //
-// that is, the smoothed state of k+1 says which mode it came from.
-// Kim, Journal of Econometrics 60, 1994 (without the Gaussian); Barber, JMLR 7, 2006; Nadarajah et al., IET RSN 2012.
+// with J = 0 at the end of a track. A message goes back over a scan in four steps: the scan's own measurement is added; for each
+// mode i before, the process noise (and the prior of what mode i does not have) is integrated out and F_j' J F_j formed; each pair
+// (i, j) is weighed and fused with mode i's filtered estimate, which gives the smoothed estimates and probabilities; and the
+// pairs of a mode i become its message, averaged in logarithms by their weights. Unlike the backward recursion on estimates
+// (Rauch-Tung-Striebel for each pair), whose gains have no feedback from the measurements, approximation errors die out.
+// Equal to Rauch-Tung-Striebel when the modes are the same.
+//
+// Two-filter smoothing: Fraser & Potter, IEEE Trans. AC-14(4), 1969; for switching systems: Helmick, Blair & Hoffman, IEEE Trans.
+// IT-41(6), 1995. The averaging of messages is ours (docs/smoothing.md).
 #pragma once
 
-#include <algorithm>
-
-#include "step.hpp"
+#include "smooth_one.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
-// What the forward pass leaves behind of one scan.
-template <class T> struct Record {
-    std::vector<T> arena, probability;
-    T dt, input[3];
-    bool has_input;
-    Mask<T> started, linked;  // has a state; it follows from the scan before
-};
-
-template <class T>
-void record(const TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o, T before, int axes, Record<T> &r) {
-    r.arena = s.arena, r.probability = s.probability;
-    r.dt = s.time - before;
-    r.has_input = scan.input != nullptr;
-    for (int a = 0; a < axes && r.has_input; ++a) r.input[a] = scan.input[a];
-    r.started = s.started;
-    // a start has no past, but the second point of a two-point start has
-    const Mask<T> begun = (o.initialised & (s.first_time == s.time)) | o.restarted;
-    r.linked = scan.active & s.started & inverse(begun);
-}
-
 template <class T> class Smooth {
   public:
-    explicit Smooth(const Composition<T> &composition) : c(composition), forward(composition), back(composition.count * composition.count) {
-        arena.resize(c.arena_size), probability.resize(c.count), next_arena.resize(c.arena_size), next_probability.resize(c.count);
-        log_weight.resize(c.count * c.count);
-    }
+    explicit Smooth(const Composition<T> &composition)
+        : c(composition), forward(c), one(c), messages(c.count), next(c.count), pairs(c.count * c.count) {}
 
     std::vector<T> arena, probability;  // the smoothed modes of the current scan
 
-    void last(const Record<T> &record) { arena = record.arena, probability = record.probability; }
+    void last(const Record<T> &record) {
+        arena = record.arena, probability = record.probability;
+        for (auto &m : messages) m.clear();
+    }
 
-    // From the scan after, whose smoothed modes are in `arena`, back to this one.
+    // From the scan after, back to this one.
     void step(const Record<T> &now, const Record<T> &after) {
-        arena.swap(next_arena), probability.swap(next_probability);
-        forward.elapse(select<T>(after.linked, after.dt, splat<T>(0.0)));
-        const int m = c.count;
-        for (int j = 0; j < m; ++j)
-            for (int i = 0; i < m; ++i) pair(now, after, i, j);
-        weigh(now);
-        for (int i = 0; i < m; ++i) collapse(i);
-        for (int i = 0; i < m; ++i) {
-            const Mode<T> &mode = c.modes[i];
-            for (int k = mode.place; k < mode.place + mode.size(); ++k)
-                arena[k] = select<T>(after.linked, arena[k], now.arena[k]);
-            probability[i] = select<T>(after.linked, probability[i], now.probability[i]);
+        if (c.count == 1) {
+            one.step(now, after, &arena[c.modes[0].place]);
+            return;
         }
+        next.swap(messages);
+        for (int j = 0; j < c.count; ++j) add_measurements(after, j);
+        forward.elapse(select<T>(after.linked, after.dt, splat<T>(0.0)));
+        T most = splat<T>(-std::numeric_limits<double>::infinity());
+        for (int i = 0; i < c.count; ++i) factor(now, i);
+        for (int j = 0; j < c.count; ++j)
+            for (int i = 0; i < c.count; ++i) {
+                pair(now, after, i, j);
+                most = larger<T>(most, pairs[i * c.count + j].log_weight);
+            }
+        T sum = splat<T>(0.0);
+        for (auto &p : pairs) p.weight = larger<T>(exponential<T>(p.log_weight - most), splat<T>(1e-200)), sum = sum + p.weight;
+        for (int i = 0; i < c.count; ++i) collapse(now, i, sum);
     }
 
   private:
+    static constexpr int L = largest_state;
+    struct Message {
+        T J[packed_size(L)], h[L], s;
+        void clear() {
+            for (auto &v : J) v = splat<T>(0.0);
+            for (auto &v : h) v = splat<T>(0.0);
+            s = splat<T>(0.0);
+        }
+    };
     struct Pair {
-        T x[largest_state], P[packed_size(largest_state)], weight;
+        Message message;
+        T x[L], P[packed_size(L)], log_weight, weight;
     };
     const Composition<T> &c;
     Step<T> forward;
-    std::vector<Pair> back;
-    std::vector<T> next_arena, next_probability, log_weight;
+    SmoothOne<T> one;
+    std::vector<Message> messages, next;
+    std::vector<Pair> pairs;
+    std::vector<T> roots;  // Cholesky factors of the filtered covariances
+
+    void factor(const Record<T> &now, int i) {
+        roots.resize(c.count * packed_size(L));
+        const Mode<T> &mode = c.modes[i];
+        cholesky<T>(mode.shape.n, &now.arena[mode.place + mode.shape.n], &roots[i * packed_size(L)]);
+    }
+
+    // What the scan after measured, as seen by mode j; its message becomes empty where the track begins with that scan.
+    void add_measurements(const Record<T> &after, int j) {
+        Message &m = next[j];
+        add_measurement(after, j, c.sensors[after.sensor], after.measurement, m);
+        for (int k = 0; k < int(after.others.size()); ++k) add_measurement(after, j, c.sensors[k + 1], after.others[k], m);
+        const T zero = splat<T>(0.0);
+        for (auto &v : m.J) v = select<T>(after.linked, v, zero);
+        for (auto &v : m.h) v = select<T>(after.linked, v, zero);
+        m.s = select<T>(after.linked, m.s, zero);
+    }
+
+    void add_measurement(const Record<T> &after, int j, const Sensor<T> &sensor, const Measurement<T> &z, Message &m) const {
+        constexpr int M = largest_measurement;
+        const Mode<T> &mode = c.modes[j];
+        const SensorSpec spec = seen(sensor);
+        const int n = mode.shape.n;
+        const T *x = &after.arena[mode.place], zero = splat<T>(0.0), one_ = splat<T>(1.0);
+        T y[M], H[M * L], R[packed_size(M)], chol[packed_size(M)], column[M];
+        observe(spec, mode.shape.block, n, x, y);
+        residual(spec, z.z, y, y);
+        observe_jacobian(spec, mode.shape.block, n, x, H);
+        for (int r = 0; r < spec.rows; ++r) {
+            y[r] = select<T>(z.present[r], y[r], zero);
+            for (int k = 0; k < n; ++k) H[r * n + k] = select<T>(z.present[r], H[r * n + k], zero);
+            for (int q = 0; q <= r; ++q) {
+                const T noise = z.full ? z.R[packed(r, q)] : q == r ? z.R[r] : zero;
+                R[packed(r, q)] = select<T>(z.present[r] & z.present[q], noise, q == r ? one_ : zero);
+            }
+        }
+        cholesky<T>(spec.rows, R, chol);
+        solve_lower<T>(spec.rows, chol, y);
+        for (int k = 0; k < n; ++k) {
+            for (int r = 0; r < spec.rows; ++r) column[r] = H[r * n + k];
+            solve_lower<T>(spec.rows, chol, column);
+            for (int r = 0; r < spec.rows; ++r) H[r * n + k] = column[r];
+        }
+        for (int r = 0; r < spec.rows; ++r) {
+            m.s = m.s - 0.5 * y[r] * y[r];
+            for (int k = 0; k < n; ++k) {
+                m.h[k] = m.h[k] + H[r * n + k] * y[r];
+                for (int l = 0; l <= k; ++l) m.J[packed(k, l)] = m.J[packed(k, l)] + H[r * n + k] * H[r * n + l];
+            }
+        }
+    }
 
     void pair(const Record<T> &now, const Record<T> &after, int i, int j) {
         const Mode<T> &from = c.modes[i], &to = c.modes[j];
         const int ni = from.shape.n, nj = to.shape.n, size = packed_size(nj);
         const int *places = &to.sources[i * (nj + size)];
-        constexpr int L = largest_state;
-        T start[L + packed_size(L)], x[L], F[L * L], Q[packed_size(L)], FP[L * L], ahead[packed_size(L)];
+        T start[L + packed_size(L)], ahead[L], F[L * L], Q[packed_size(L)];
         int at[L];  // mode j's components in mode i, or -1
         for (int k = 0; k < nj; ++k) at[k] = place_of(to.shape, k, from.shape);
         for (int k = 0; k < nj + size; ++k) start[k] = now.arena[places[k]];
-        to.kernels.linearise(start, forward.coefficient(j), after.has_input ? after.input : nullptr, x, F, Q);
-        for (int r = 0; r < nj; ++r)
-            for (int k = 0; k < nj; ++k) {
-                T sum = splat<T>(0.0);
-                for (int l = 0; l < nj; ++l) sum = sum + F[r * nj + l] * start[nj + packed(l, k)];
-                FP[r * nj + k] = sum;
-            }
-        for (int r = 0; r < nj; ++r)
+        to.kernels.linearise(start, forward.coefficient(j), after.has_input ? after.input : nullptr, ahead, F, Q);
+        enter(nj, at, start + nj, F, Q);
+        Message about = next[j];  // moved from mode j's filtered estimate to the prediction from mode i
+        T d[L], Jd[L];
+        for (int k = 0; k < nj; ++k) d[k] = ahead[k] - after.arena[to.place + k];
+        times(nj, about.J, d, Jd);
+        for (int k = 0; k < nj; ++k) {
+            about.s = about.s + (about.h[k] - 0.5 * Jd[k]) * d[k];
+            about.h[k] = about.h[k] - Jd[k];
+        }
+        integrate(nj, Q, about);
+        Pair &p = pairs[i * c.count + j];
+        p.message.clear();
+        p.message.s = about.s;
+        T A[L * L];  // F' restricted to what mode i has, ni by nj
+        for (int k = 0; k < ni * nj; ++k) A[k] = splat<T>(0.0);
+        for (int l = 0; l < nj; ++l)
+            for (int k = 0; k < nj && at[l] >= 0; ++k) A[at[l] * nj + k] = F[k * nj + l];
+        for (int r = 0; r < ni; ++r)
+            for (int k = 0; k < nj; ++k) p.message.h[r] = p.message.h[r] + A[r * nj + k] * about.h[k];
+        add_congruence(ni, nj, A, about.J, p.message.J);
+        T moved[L];
+        const T log_det = parallel_sum<T>(ni, &roots[i * packed_size(L)], p.message.J, p.P);
+        times(ni, p.P, p.message.h, moved);
+        T gain = splat<T>(0.0);
+        for (int k = 0; k < ni; ++k) p.x[k] = now.arena[from.place + k] + moved[k], gain = gain + p.message.h[k] * moved[k];
+        const T link = larger<T>(forward.transition()[i * c.count + j] * now.probability[i], splat<T>(1e-200));
+        p.log_weight = logarithm<T>(link) + p.message.s + 0.5 * (gain - log_det);
+    }
+
+    // Q += F V F', V the covariance of what the mode before does not have.
+    static void enter(int n, const int *at, const T *P, const T *F, T *Q) {
+        T V[packed_size(L)];
+        bool any_enters = false;
+        for (int r = 0; r < n; ++r)
             for (int k = 0; k <= r; ++k) {
-                T sum = Q[packed(r, k)];
-                for (int l = 0; l < nj; ++l) sum = sum + FP[r * nj + l] * F[k * nj + l];
-                ahead[packed(r, k)] = r == k ? sum * (1.0 + rounding_share(nj)) : sum;
+                const bool enters = at[r] < 0 && at[k] < 0;
+                V[packed(r, k)] = enters ? P[packed(r, k)] : splat<T>(0.0);
+                any_enters = any_enters || enters;
             }
-        T chol[packed_size(L)], y[L], gain[L * L];
-        cholesky<T>(nj, ahead, chol);
-        for (int k = 0; k < nj; ++k) y[k] = next_arena[to.place + k] - x[k];
-        for (int r = 0; r < ni; ++r) {  // gain C = cov(x_i, x_j-) (P-)^-1, row by row
-            T *row = gain + r * nj;
-            for (int k = 0; k < nj; ++k) {
-                row[k] = splat<T>(0.0);
-                for (int l = 0; l < nj; ++l)
-                    if (at[l] >= 0) row[k] = row[k] + now.arena[from.place + ni + packed(r, at[l])] * F[k * nj + l];
-            }
-            solve_lower<T>(nj, chol, row);
-            solve_upper<T>(nj, chol, row);
-        }
-        Pair &p = back[i * c.count + j];
-        for (int r = 0; r < ni; ++r) {
-            p.x[r] = now.arena[from.place + r];
-            for (int k = 0; k < nj; ++k) p.x[r] = p.x[r] + gain[r * nj + k] * y[k];
-        }
-        covariance(now, from, to, at, F, Q, start, gain, p);
-        if (c.count > 1) log_weight[i * c.count + j] = log_density(nj, chol, y);
+        if (any_enters) add_congruence(n, n, F, V, Q);
     }
 
-    // (I - C F) P (I - C F)' + C (Q + F V F' + Ps) C', V the covariance of what mode i does not have: a sum of squares.
-    void covariance(const Record<T> &now, const Mode<T> &from, const Mode<T> &to, const int *at, const T *F, const T *Q, const T *start,
-                    const T *gain, Pair &p) const {
-        const int ni = from.shape.n, nj = to.shape.n;
-        constexpr int L = largest_state;
-        T G[L * L], CF[L * L], noise[packed_size(L)];
-        for (int r = 0; r < ni; ++r)
-            for (int l = 0; l < nj; ++l) {
-                T sum = splat<T>(0.0);
-                for (int k = 0; k < nj; ++k) sum = sum + gain[r * nj + k] * F[k * nj + l];
-                CF[r * nj + l] = sum;
-            }
-        for (int r = 0; r < ni; ++r) {
-            for (int q = 0; q < ni; ++q) G[r * ni + q] = splat<T>(r == q ? 1.0 : 0.0);
-            for (int l = 0; l < nj; ++l)
-                if (at[l] >= 0) G[r * ni + at[l]] = G[r * ni + at[l]] - CF[r * nj + l];
-        }
-        for (int k = 0; k < packed_size(nj); ++k) noise[k] = Q[k] + next_arena[to.place + nj + k];
-        const auto part = [&](const T *A, int stride, int n, auto &&element, int r, int q, T sum) {
-            for (int k = 0; k < n; ++k) {
-                T inner = splat<T>(0.0);
-                for (int l = 0; l < n; ++l) inner = inner + element(k, l) * A[q * stride + l];
-                sum = sum + A[r * stride + k] * inner;
-            }
-            return sum;
-        };
-        const auto own = [&](int k, int l) { return now.arena[from.place + ni + packed(k, l)]; };
-        const auto grown = [&](int k, int l) { return noise[packed(k, l)]; };
-        const auto entered = [&](int k, int l) { return at[k] < 0 && at[l] < 0 ? start[nj + packed(k, l)] : splat<T>(0.0); };
-        const bool enters = std::any_of(at, at + nj, [](int place) { return place < 0; });
-        for (int r = 0; r < ni; ++r)
-            for (int q = 0; q <= r; ++q) {
-                T sum = part(G, ni, ni, own, r, q, splat<T>(0.0));
-                sum = part(gain, nj, nj, grown, r, q, sum);
-                if (enters) sum = part(CF, nj, nj, entered, r, q, sum);
-                p.P[packed(r, q)] = r == q ? sum * (1.0 + rounding_share(ni)) : sum;
-            }
+    // The message before noise of covariance Q: J <- (J^-1 + Q)^-1, h <- (I + J Q)^-1 h.
+    static void integrate(int n, const T *Q, Message &m) {
+        T root[packed_size(L)], J[packed_size(L)], Qh[L], JQh[L];
+        semidefinite_cholesky<T>(n, m.J, root);
+        const T log_det = parallel_sum<T>(n, root, Q, J);
+        times(n, Q, m.h, Qh);
+        times(n, J, Qh, JQh);
+        T gain = splat<T>(0.0);  // h' (Q - Q J Q) h
+        for (int k = 0; k < n; ++k) gain = gain + Qh[k] * (m.h[k] - JQh[k]);
+        for (int k = 0; k < n; ++k) m.h[k] = m.h[k] - JQh[k];
+        for (int k = 0; k < packed_size(n); ++k) m.J[k] = J[k];
+        m.s = m.s + 0.5 * (gain - log_det);
     }
 
-    T log_density(int n, const T *chol, const T *y) const {
-        T white[largest_state], square = splat<T>(0.0), det = splat<T>(1.0);
-        for (int k = 0; k < n; ++k) white[k] = y[k], det = det * chol[packed(k, k)];
-        solve_lower<T>(n, chol, white);
-        for (int k = 0; k < n; ++k) square = square + white[k] * white[k];
-        return -0.5 * square - logarithm<T>(det);
-    }
-
-    void weigh(const Record<T> &now) {
-        const int m = c.count;
-        const T least = splat<T>(1e-100);
-        for (int j = 0; j < m; ++j) {
-            if (m == 1) {
-                back[0].weight = splat<T>(1.0);
-                continue;
-            }
-            T most = splat<T>(-std::numeric_limits<double>::infinity()), sum = splat<T>(0.0);
-            for (int i = 0; i < m; ++i) {
-                const T link = larger<T>(forward.transition()[i * m + j] * now.probability[i], least);
-                log_weight[i * m + j] = log_weight[i * m + j] + logarithm<T>(link);
-                most = larger<T>(most, log_weight[i * m + j]);
-            }
-            for (int i = 0; i < m; ++i) {
-                T &w = back[i * m + j].weight;
-                w = exponential<T>(log_weight[i * m + j] - most), sum = sum + w;
-            }
-            for (int i = 0; i < m; ++i) back[i * m + j].weight = back[i * m + j].weight / sum * next_probability[j];
+    static void times(int n, const T *P, const T *x, T *out) {
+        for (int r = 0; r < n; ++r) {
+            out[r] = P[packed(r, 0)] * x[0];
+            for (int k = 1; k < n; ++k) out[r] = out[r] + P[packed(r, k)] * x[k];
         }
     }
 
-    void collapse(int i) {
+    // Where the pairs disagree the averaged message is too sure of itself: its covariance grows by their spread about the
+    // smoothed mean, its peak stays.
+    void widen(const Pair *p, T over, const T *smoothed, int n, Message &out) const {
+        T D[packed_size(L)];
+        for (int k = 0; k < packed_size(n); ++k) D[k] = splat<T>(0.0);
+        for (int j = 0; j < c.count; ++j)
+            for (int r = 0; r < n; ++r)
+                for (int q = 0; q <= r; ++q)
+                    D[packed(r, q)] = D[packed(r, q)] + p[j].weight * over * (p[j].x[r] - smoothed[r]) * (p[j].x[q] - smoothed[q]);
+        integrate(n, D, out);
+    }
+
+    // Mode i's smoothed estimate over its pairs, matched in two moments, and its message.
+    void collapse(const Record<T> &now, int i, T sum) {
         const Mode<T> &mode = c.modes[i];
         const int n = mode.shape.n, m = c.count;
-        T total = splat<T>(0.0), share[64];
-        for (int j = 0; j < m; ++j) total = total + larger<T>(back[i * m + j].weight, splat<T>(1e-100));
-        for (int j = 0; j < m; ++j) share[j] = larger<T>(back[i * m + j].weight, splat<T>(1e-100)) / total;
+        const Pair *p = &pairs[i * m];
+        T total = splat<T>(0.0), zero = splat<T>(0.0);
+        for (int j = 0; j < m; ++j) total = total + p[j].weight;
+        const T over = 1.0 / total;
         T *x = &arena[mode.place], *P = x + n;
-        for (int r = 0; r < n; ++r) {
-            x[r] = splat<T>(0.0);
-            for (int j = 0; j < m; ++j) x[r] = x[r] + share[j] * back[i * m + j].x[r];
+        Message &out = messages[i];
+        out.clear();
+        for (int r = 0; r < n; ++r) x[r] = zero;
+        for (int k = 0; k < packed_size(n); ++k) P[k] = zero;
+        for (int j = 0; j < m; ++j) {
+            const T share = p[j].weight * over;
+            for (int r = 0; r < n; ++r) x[r] = x[r] + share * p[j].x[r], out.h[r] = out.h[r] + share * p[j].message.h[r];
+            for (int k = 0; k < packed_size(n); ++k) out.J[k] = out.J[k] + share * p[j].message.J[k];
         }
-        for (int r = 0; r < n; ++r)
-            for (int q = 0; q <= r; ++q) {
-                T sum = splat<T>(0.0);
-                for (int j = 0; j < m; ++j) {
-                    const Pair &p = back[i * m + j];
-                    sum = sum + share[j] * (p.P[packed(r, q)] + (p.x[r] - x[r]) * (p.x[q] - x[q]));
-                }
-                P[packed(r, q)] = sum;
-            }
-        probability[i] = total;
+        for (int j = 0; j < m; ++j) {
+            const T share = p[j].weight * over;
+            for (int r = 0; r < n; ++r)
+                for (int q = 0; q <= r; ++q)
+                    P[packed(r, q)] = P[packed(r, q)] + share * (p[j].P[packed(r, q)] + (p[j].x[r] - x[r]) * (p[j].x[q] - x[q]));
+        }
+        for (int r = 0; r < n; ++r) P[packed(r, r)] = P[packed(r, r)] * (1.0 + rounding_share(n));
+        probability[i] = total / sum;
+        widen(p, over, x, n, out);
+        // its level such that under the filtered estimate it weighs what its pairs weigh together
+        T fused[packed_size(L)], moved[L], gain = zero;
+        const T log_det = parallel_sum<T>(n, &roots[i * packed_size(L)], out.J, fused);
+        times(n, fused, out.h, moved);
+        for (int k = 0; k < n; ++k) gain = gain + out.h[k] * moved[k];
+        const T mine = larger<T>(now.probability[i], splat<T>(1e-200));
+        out.s = logarithm<T>(total) - logarithm<T>(sum) - logarithm<T>(mine) - 0.5 * (gain - log_det);
     }
 };
 

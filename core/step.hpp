@@ -58,6 +58,13 @@ template <class T> struct Outcome {
 
 enum Detail { plain = 0, with_nis = 1, with_pit = 2 };
 
+// What the update sees of a sensor: of a converted one, a position.
+template <class T> SensorSpec seen(const Sensor<T> &sensor) {
+    SensorSpec spec = sensor.spec;
+    if (sensor.converted) spec.kind = SensorKind::position, spec.rows = spec.axes;
+    return spec;
+}
+
 template <class T> class Step {
   public:
     explicit Step(const Composition<T> &composition) : c(composition) {
@@ -132,11 +139,6 @@ template <class T> class Step {
         return out;
     }
 
-  private:
-    std::vector<T> pi, weights, score, log_prior, coefficients;
-    std::vector<Innovation<T>> innovations;
-    T last_dt;
-
     // The measurement as the sensor's update wants it; a converted one becomes a position with a full covariance.
     void measure(const Scan<T> &scan, const Sensor<T> &sensor, Mask<T> lanes_of_it, Measurement<T> &m) const {
         const SensorSpec &spec = sensor.spec;
@@ -153,11 +155,10 @@ template <class T> class Step {
         m.full = true;
     }
 
-    static SensorSpec seen(const Sensor<T> &sensor) {
-        SensorSpec spec = sensor.spec;
-        if (sensor.converted) spec.kind = SensorKind::position, spec.rows = spec.axes;
-        return spec;
-    }
+  private:
+    std::vector<T> pi, weights, score, log_prior, coefficients;
+    std::vector<Innovation<T>> innovations;
+    T last_dt;
 
     void update_modes(TrackState<T> &s, const Sensor<T> &sensor, const Measurement<T> &m, int detail, const std::vector<T> *from) {
         const SensorSpec spec = seen(sensor);
@@ -369,10 +370,11 @@ template <class T> class Step {
         const T step = s.time - s.first_time;
         const Mask<T> now = second & (step > splat<T>(0.0));
         const T over = 1.0 / select<T>(now, step, splat<T>(1.0));
-        T kept_first[3], kept_P[6];
+        T kept_first[3], kept_P[6], kept_time = s.first_time;
         for (int a = 0; a < 3; ++a) kept_first[a] = s.first[a];
         for (int k = 0; k < 6; ++k) kept_P[k] = s.first_P[k];
         start(s, fix, now);
+        s.first_time = kept_time;
         for (int j = 0; j < c.count; ++j) {
             const Mode<T> &mode = c.modes[j];
             const int block = mode.shape.block;
