@@ -1,0 +1,101 @@
+"""Noise from the data alone: right on known noise, whatever the motion, the steps and the outliers."""
+
+import numpy as np
+import pytest
+
+from jink.io.errors import InputError
+from jink.io.noise_level import parse_sensor_sd
+from jink.io.scatter import component_sd, plane_scatter, rough_velocity, third_differences
+
+
+def _flight(count=4000, *, sd=5.0, time_sd=0.0, seed=1, outliers=0.0):
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(rng.uniform(0.5, 1.5, count))
+    turning = (np.sin(time / 60.0) > 0.7) * 0.03
+    course = np.cumsum(turning * np.diff(time, prepend=0.0))
+    velocity = 200.0 * np.column_stack([np.sin(course), np.cos(course)])
+    place = np.cumsum(velocity * np.diff(time, prepend=0.0)[:, None], axis=0)
+    noisy = place + rng.normal(0, sd, (count, 2)) + velocity * rng.normal(0, time_sd, count)[:, None]
+    noisy[rng.random(count) < outliers] += 50_000.0
+    return time, noisy, np.arange(count) == 0
+
+
+def _scatter(time, plane, new):
+    velocity = rough_velocity(time, plane, new)
+    return [float(v[0]) for v in plane_scatter(time, plane, velocity, new, np.zeros(time.size, int), 1)]
+
+
+@pytest.mark.parametrize("sd", [0.5, 5.0, 100.0])
+def test_the_position_noise_of_a_turning_target_is_found(sd):
+    position, stamps = _scatter(*_flight(sd=sd))
+    assert position == pytest.approx(sd, rel=0.1) and stamps == 0.0
+
+
+def test_errors_of_time_stamps_are_told_from_errors_of_position():
+    position, stamps = _scatter(*_flight(sd=2.0, time_sd=0.15))
+    assert position == pytest.approx(2.0, rel=0.1) and stamps == pytest.approx(0.15, rel=0.1)
+
+
+def test_one_position_in_a_hundred_fifty_kilometres_away_changes_little():
+    position, stamps = _scatter(*_flight(sd=5.0, outliers=0.01))
+    assert position == pytest.approx(5.0, rel=0.2) and stamps < 0.1
+
+
+def test_third_differences_ignore_parabolas_and_keep_the_variance_whatever_the_steps():
+    rng = np.random.default_rng(3)
+    time = np.cumsum(rng.uniform(0.1, 2.0, 5000))
+    new = np.arange(5000) % 100 == 0
+    parabola = 3.0 + 2.0 * time - 0.5 * time**2
+    silent, _ = third_differences(time, parabola, new)
+    assert np.abs(silent).max() < 1e-6 * np.abs(parabola).max()
+    noise, index = third_differences(time, rng.normal(0, 7.0, 5000), new)
+    assert noise.std() == pytest.approx(7.0, rel=0.05)
+    assert not np.isin(index, np.flatnonzero(new)).any()
+
+
+def test_the_step_of_quantisation_is_a_floor():
+    time = np.arange(1000.0)
+    level = np.where(time < 500, 3000.0, 3007.62)
+    group = np.zeros(1000, int)
+    new = time == 0
+    assert np.isnan(component_sd(time[:10], level[:10], new[:10], group[:10], 1)[0])
+    stairs = np.round((time * 3.1) / 7.62) * 7.62
+    assert component_sd(time, stairs, new, group, 1)[0] >= 7.62 / np.sqrt(12)
+
+
+def test_groups_have_their_own_figure_or_none():
+    one, other = _flight(sd=2.0, seed=1), _flight(sd=20.0, seed=2)
+    few = _flight(count=10, seed=3)
+    time, plane, new = (np.concatenate(parts) for parts in zip(one, other, few, strict=True))
+    group = np.repeat([0, 1, 2], [4000, 4000, 10])
+    position, _ = plane_scatter(time, plane, rough_velocity(time, plane, new), new, group, 3)
+    assert position[0] == pytest.approx(2.0, rel=0.15) and position[1] == pytest.approx(20.0, rel=0.15)
+    assert np.isnan(position[2])
+
+
+def test_one_jump_does_not_move_the_rough_velocity():
+    time, plane, new = _flight(sd=0.1)
+    before = rough_velocity(time, plane, new)
+    plane[100] += 1e6
+    after = rough_velocity(time, plane, new)
+    assert np.abs(after - before).max() < 60.0
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        (None, {}),
+        (25, {"position": 25.0}),
+        ("25", {"position": 25.0}),
+        ("position=25,altitude_ft=100,time=0.2", {"position": 25.0, "altitude": 30.48, "time": 0.2}),
+        ({"range_km": 0.05, "azimuth_deg": 0.1}, {"range": 50.0, "azimuth": np.radians(0.1)}),
+    ],
+)
+def test_sensor_sd_in_every_form(given, expected):
+    assert parse_sensor_sd(given) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("given", ["-3", "zero", "nan", "azimuth_furlong=1", {"speed": 1.0}, "position=0"])
+def test_a_senseless_sensor_sd_is_refused(given):
+    with pytest.raises(InputError, match="sensor-sd"):
+        parse_sensor_sd(given)
