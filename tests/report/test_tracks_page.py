@@ -10,6 +10,7 @@ from jink.report import write_report
 from jink.report.consistency import consistency
 from jink.report.rows import STATUSES, read_rows
 from jink.report.targets import target_table
+from jink.report.tracks_page import _coasting
 
 
 def written(tmp_path, tracks, summary=None, **options):
@@ -148,9 +149,19 @@ def test_table_of_targets_counts_every_row(tracks):
         assert table["manoeuvring"][k] == pytest.approx((one["manoeuvring"] > 0.5).mean())
         assert table["gated"][k] == pytest.approx((one["status"] == "gated").mean())
         assert table["duration"][k] == pytest.approx((one["time"].max() - one["time"].min()).total_seconds())
-        settled = one.filter(pl.col("speed_sd") <= 5 * pl.col("speed_sd").median())
+        limit = 2 * one.filter(pl.col("status") == "updated")["speed_sd"].quantile(0.9, "linear")
+        settled = one.filter(pl.col("speed_sd") <= limit)
         assert table["max_speed"][k] == pytest.approx(settled["speed"].abs().max())
     assert table["nis_inside"] == pytest.approx(check.inside / check.compared)
+
+
+def test_only_longer_runs_of_predictions_count_as_coasting():
+    status = ["updated"] + ["predicted"] * 3 + ["updated"] + ["predicted"] * 4 + ["predicted"] * 6
+    part = [0] * 9 + [1] * 6
+    n = len(status)
+    table = {"target": ["a"] * n, "time": np.arange(n), "x": np.zeros(n), "y": np.zeros(n)}
+    rows = read_rows(pl.DataFrame({**table, "status": status, "part": part}))
+    assert _coasting(rows, rows.part).tolist() == [False] * 9 + [True] * 6
 
 
 def test_order_of_the_rows_does_not_matter(tmp_path, tracks):

@@ -1,12 +1,14 @@
 """The cards below the tracks: consistency, and what the run has to say of its input, cleaning and filter."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from jink.report.consistency import BINS, Consistency
 from jink.report.shell import escape
 
+_MOMENT = re.compile(r"(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:\.\d+)?(?:\+00:00|Z)")
 _SHORT = 60  # characters: a list that reads as one value
 _COMPUTED = "consistency"  # the page computes this from the tracks and shows more of it
 
@@ -39,7 +41,7 @@ def _content(value: Any) -> str:
     if isinstance(value, Mapping):
         return _pairs(value)
     if _is_records(value):
-        return _records(value)
+        return _pairs(value[0]) if len(value) == 1 else _records(value)
     items = "".join(f"<li>{escape(_text(item))}</li>" for item in value)
     return f"<ul>{items}</ul>" if items else "<p>none</p>"
 
@@ -96,7 +98,9 @@ def _text(value: Any) -> str:
         return ", ".join(f"{_words(k)} {_text(v)}" for k, v in value.items())
     if isinstance(value, list | tuple):
         return ", ".join(_text(item) for item in value)
-    return str(value)
+    text = str(value)
+    moment = _MOMENT.fullmatch(text)
+    return f"{moment[1]} {moment[2]} UTC" if moment else text
 
 
 def group(number: int) -> str:
@@ -123,12 +127,12 @@ def consistency_card(check: Consistency, gated: int) -> str:
         f'<p class="big" id="nis-overall">{_percent(inside)} <small>of NIS inside the 95 % band</small></p>'
     )
     note = (
-        '<p class="note">Level bars: errors are as large as the filter believes. More on the right: larger; '
-        "on the left: smaller. With several modes the NIS is of their combined innovation, for which "
-        "chi-square is a guide, not an exact law.</p>"
+        '<p class="note">Bars level with the dashed line: errors are as large as the filter believes. '
+        "More on the right: larger; on the left: smaller. With several modes the NIS is of their combined "
+        "innovation, for which chi-square is a guide, not an exact law.</p>"
     )
-    figure = f"<div><h4>Where NIS falls in its chi-square distribution</h4>{_histogram(check)}</div>"
-    return _card("Consistency", f'<div class="split"><div>{share}{table}</div>{figure}</div>{note}')
+    figure = f"<h4>Where NIS falls in its chi-square distribution</h4>{_histogram(check)}"
+    return _card("Consistency", share + table + figure + note)
 
 
 def _percent(share: float) -> str:
@@ -137,7 +141,7 @@ def _percent(share: float) -> str:
 
 def _histogram(check: Consistency) -> str:
     """SVG bars of F(NIS) in BINS equal bins with the level expected of a consistent filter."""
-    width, height, base = 420, 150, 128
+    width, height, base = 280, 118, 100
     counts = check.histogram / max(check.histogram.mean(), 1e-12)
     scale = (base - 8) / max(float(counts.max()), 1.5)
     bar = width / BINS
@@ -151,6 +155,5 @@ def _histogram(check: Consistency) -> str:
         f'<svg class="histogram" viewBox="0 0 {width} {height}" role="img" aria-label="{label}">{bars}'
         f'<line x1="0" x2="{width}" y1="{level:.1f}" y2="{level:.1f}"/>'
         f'<text x="0" y="{height - 6}">0 (small NIS)</text>'
-        f'<text x="{width}" y="{height - 6}" text-anchor="end">1 (large NIS)</text>'
-        f'<text x="0" y="{level - 5:.1f}">expected</text></svg>'
+        f'<text x="{width}" y="{height - 6}" text-anchor="end">1 (large NIS)</text></svg>'
     )

@@ -1,13 +1,11 @@
 """One line per target: how long, how lively, how consistent. Computed from every row, not from the drawn."""
 
 import numpy as np
-import polars as pl
 
 from jink.report.consistency import Consistency
 from jink.report.curves import horizontal_acceleration
 from jink.report.rows import STATUSES, TrackRows
-
-_SETTLED = 5.0  # an estimate counts for a maximum when its sd is below this many times the target's median sd
+from jink.report.settled import settled
 
 
 def target_table(rows: TrackRows, check: Consistency) -> dict[str, np.ndarray]:
@@ -53,20 +51,5 @@ def _settled_maximum(values: np.ndarray, sd: np.ndarray, rows: TrackRows) -> np.
     """Largest |value| (T,) among rows whose sd has settled (the first ones are mostly guesses)."""
     if len(rows) == 0:
         return np.zeros(0)
-    limit = _SETTLED * group_median(sd, rows.target, len(rows.names))[rows.target]
-    usable = np.isfinite(values) & ~(sd > limit)
-    largest = _extreme(np.where(usable, np.abs(values), -np.inf), rows, np.maximum)
+    largest = _extreme(np.where(settled(values, sd, rows), np.abs(values), -np.inf), rows, np.maximum)
     return np.where(np.isfinite(largest), largest, np.nan)
-
-
-def group_median(values: np.ndarray, group: np.ndarray, groups: int) -> np.ndarray:
-    """Median per group (groups,) of the finite values, NaN where a group has none."""
-    finite = np.isfinite(values)
-    some = (
-        pl.DataFrame({"group": group[finite], "value": values[finite]})
-        .group_by("group")
-        .agg(pl.col("value").median())
-    )
-    out = np.full(groups, np.nan)
-    out[some["group"].to_numpy()] = some["value"].to_numpy()
-    return out

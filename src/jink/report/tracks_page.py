@@ -15,8 +15,9 @@ from jink.report.curves import Panel, panels
 from jink.report.decimation import keep_rows
 from jink.report.plan import measured_coordinates, plan_coordinates
 from jink.report.rows import STATUSES, TrackRows, read_rows
+from jink.report.settled import group_quantile, settled
 from jink.report.shell import escape, fill, page, write_page
-from jink.report.targets import group_median, target_table
+from jink.report.targets import target_table
 
 _SCRIPTS = (
     "geometry.js",
@@ -32,6 +33,7 @@ _SCRIPTS = (
 _BYTES = 5_500_000  # aimed at for the arrays before compression, times two: keeps a page below 8 MB
 _MOST_TARGETS = 5_000
 _GATED_BONUS = 0.05
+_COAST = 5
 
 
 def write_report(
@@ -69,7 +71,7 @@ def _page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str) -> 
         "targets": {"name": rows.names, **{k: v for k, v in table.items() if k != "start"}},
         "panels": drawing.panels,
         "nis_band": _common_band(rows, check),
-        "liveliest": _liveliest(table),
+        "liveliest": _liveliest(table, rows),
     }
     body = fill(
         "tracks.html",
@@ -144,23 +146,20 @@ def _choose(
     if len(rows) <= budget:
         return np.arange(len(rows))
     groups = len(rows.names)
-    extent = np.fmax(*(_spread(p, np.full(len(rows), np.nan), rows, groups) for p in position))
+    extent = np.fmax(*(_spread(p, np.isfinite(p), rows) for p in position))
     series = [p / np.maximum(extent, 1e-9)[rows.target] * 2.0 for p in position] + [manoeuvring]
     for panel in shown:
         for curve in panel.curves:
-            spread = _spread(curve.value, curve.sd, rows, groups)
-            noise = group_median(curve.sd, rows.target, groups)
-            scale = np.fmax(np.fmax(spread, 4.0 * noise), 1e-9)[rows.target]
-            limit = 5.0 * noise[rows.target]
-            series.append(np.where(curve.sd > limit, 0.0, curve.value / scale))
+            usable = settled(curve.value, curve.sd, rows)
+            noise = group_quantile(curve.sd, rows.target, groups)
+            scale = np.fmax(np.fmax(_spread(curve.value, usable, rows), 4.0 * noise), 1e-9)
+            series.append(np.where(usable, curve.value / scale[rows.target], 0.0))
     bonus = np.where(rows.status == STATUSES.index("gated"), _GATED_BONUS, 0.0)
     return keep_rows(rows.target, rows.time, np.stack(series).astype(np.float32), budget, bonus)
 
 
-def _spread(values: np.ndarray, sd: np.ndarray, rows: TrackRows, groups: int) -> np.ndarray:
-    """Largest minus smallest settled value per target."""
-    noise = group_median(sd, rows.target, groups)[rows.target]
-    usable = np.isfinite(values) & ~(sd > 5.0 * noise)
+def _spread(values: np.ndarray, usable: np.ndarray, rows: TrackRows) -> np.ndarray:
+    """Largest minus smallest usable value per target (T,)."""
     low = np.minimum.reduceat(np.where(usable, values, np.inf), rows.first[:-1])
     high = np.maximum.reduceat(np.where(usable, values, -np.inf), rows.first[:-1])
     return np.where(high > low, high - low, np.nan)
@@ -177,7 +176,7 @@ def _add_positions(
     """Positions as float32 from the middle of each target: exact to centimetres far from the origin too."""
     group_of, groups = rows.target, len(rows.names)
     for axis, values, seen in (("x", east, measured[0]), ("y", north, measured[1])):
-        centre = np.nan_to_num(group_median(values, group_of, groups))
+        centre = np.nan_to_num(group_quantile(values, group_of, groups))
         name = {"x": "east", "y": "north"}[axis]
         block.add(f"centre_{axis}", centre, "f8")
         block.add(name, (values - centre[group_of])[keep])
@@ -197,11 +196,23 @@ def _add_states(
     broken = np.cumsum(fresh)[keep]
     block.add("fresh", np.diff(broken, prepend=0) > 0, "u1")
     block.add("status", rows.status[keep], "u1")
+    block.add("coasting", _coasting(rows, np.cumsum(fresh))[keep], "u1")
     for name, values in [("manoeuvring", manoeuvring), *((f"mode{m}", p) for m, p in enumerate(probability))]:
         code = np.round(np.clip(values[keep], 0.0, 1.0) * 254.0)
         block.add(name, np.where(np.isfinite(code), code, 255), "u1")
     if rows.has("nis"):
         block.add("nis", round_mantissa(rows.column("nis")[keep], 9))
+
+
+def _coasting(rows: TrackRows, part: np.ndarray) -> np.ndarray:
+    """(N,) bool: rows within a run of at least _COAST predictions, which the plan view draws dashed."""
+    predicted = rows.status == STATUSES.index("predicted")
+    if not predicted.any():
+        return predicted
+    change = np.ones(len(rows), dtype=bool)
+    change[1:] = (predicted[1:] != predicted[:-1]) | (part[1:] != part[:-1])
+    run = np.cumsum(change) - 1
+    return predicted & (np.bincount(run)[run] >= _COAST)
 
 
 def _add_panel(block: ArrayBlock, panel: Panel, keep: np.ndarray) -> dict[str, Any]:
@@ -222,10 +233,15 @@ def _common_band(rows: TrackRows, check: Consistency) -> tuple[float, float] | N
     return check.bands[max(check.bands, key=lambda k: int(np.sum(dof == k)))]
 
 
-def _liveliest(table: dict[str, np.ndarray]) -> int:
-    """The target to show first: the one that manoeuvred longest."""
-    time = np.nan_to_num(table["manoeuvring"]) * np.maximum(table["duration"], 1e-9)
-    return int(np.argmax(time)) if time.size else -1
+def _liveliest(table: dict[str, np.ndarray], rows: TrackRows) -> int:
+    """The target to show first: the one with most rows in manoeuvres, fewer gaps preferred."""
+    if len(rows) == 0:
+        return -1
+    inside = np.zeros(len(rows))
+    same = (np.diff(rows.target) == 0) & (np.diff(rows.part) == 0)
+    inside[1:] = np.where(same, np.diff(rows.time), 0.0)
+    covered = np.bincount(rows.target, weights=inside) / np.maximum(table["duration"], 1e-9)
+    return int(np.argmax(np.nan_to_num(table["manoeuvring"]) * table["rows"] * covered))
 
 
 def _same_day(rows: TrackRows) -> bool:

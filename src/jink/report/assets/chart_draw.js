@@ -1,36 +1,38 @@
 // Drawing of one time panel. `p` holds the panel's rectangle and scales: { x(t), y(v), left, right, top, bottom, low, high }.
 // Rows [a, b) of the target are drawn; with many rows per pixel a line is reduced to first, lowest, highest, last per column.
 
-// Lowest and highest value to show: rows with a settled sd rule, so that a wild first estimate does not flatten the rest.
-function valueRange(curves, a, b, floor) {
-  let low = Infinity, high = -Infinity;
+// Lowest and highest value to show. A value counts where its sd has settled (at most twice the 90 % quantile at updates) or
+// while coasting, so that a wild first estimate does not flatten the rest; bands get at most half of the panel.
+function valueRange(curves, tracks, a, b, floor) {
+  let low = Infinity, high = -Infinity, bandLow = Infinity, bandHigh = -Infinity;
   for (const { value, sd } of curves) {
-    const limit = 4 * medianOf(sd, a, b);
-    for (const settled of [true, false]) {
+    const limit = 2 * quantileOf(sd, tracks.updated, a, b, 0.9);
+    for (const strict of [true, false]) {
       for (let i = a; i < b; i++) {
-        const v = value[i], s = sd[i];
-        if (v !== v || (settled && s > limit)) continue;
-        const band = settled && s === s ? 2 * s : 0;
-        if (v - band < low) low = v - band;
-        if (v + band > high) high = v + band;
+        const v = value[i], sure = !(sd[i] > limit), band = strict && sure ? 2 * sd[i] || 0 : 0;
+        if (v !== v || (strict && !sure && !tracks.coasting[i])) continue;
+        low = Math.min(low, v);
+        high = Math.max(high, v);
+        bandLow = Math.min(bandLow, v - band);
+        bandHigh = Math.max(bandHigh, v + band);
       }
       if (high >= low) break;
     }
   }
   if (!(high >= low)) return [0, 1];
-  const lack = floor - (high - low);
-  if (lack > 0) [low, high] = [low - lack / 2, high + lack / 2];
-  const pad = 0.06 * (high - low);
-  return [low - pad, high + pad];
+  const room = Math.max(high - low, floor) / 2;
+  [low, high] = [Math.max(bandLow, low - room), Math.min(bandHigh, high + room)];
+  const lack = Math.max(floor - (high - low), 0) / 2, pad = 0.06 * Math.max(high - low, floor);
+  return [low - lack - pad, high + lack + pad];
 }
 
-function medianOf(values, a, b) {
+function quantileOf(values, used, a, b, q) {
   const step = Math.max(1, Math.floor((b - a) / 2000));
   const some = [];
-  for (let i = a; i < b; i += step) if (values[i] === values[i]) some.push(values[i]);
+  for (let i = a; i < b; i += step) if (used[i] && values[i] === values[i]) some.push(values[i]);
   if (!some.length) return Infinity;
   some.sort((x, y) => x - y);
-  return some[some.length >> 1];
+  return some[Math.floor(q * (some.length - 1))];
 }
 
 // Calls `run(from, to)` for every stretch of rows that are unbroken and have a number in `value`.

@@ -139,7 +139,7 @@ class TimeCharts {
     ctx.font = theme.font;
     ctx.textBaseline = "top";
     axis.ticks.forEach((t, k) => {
-      if (tx[k] > surface.width - 26) return;
+      if (tx[k] > surface.width - 26 || (tracks.meta.clock && tx[k] < 66)) return;
       ctx.textAlign = "center";
       const date = tracks.meta.clock && axis.step >= 86400;
       const text = formatTime(t, tracks.meta.clock, { step: axis.step, date });

@@ -173,7 +173,7 @@ class PlanView {
     if (!this.dimmed) drawGlow(ctx, this, from, to);
     ctx.fillStyle = theme.dot;
     const gated = [];
-    const size = this.dimmed ? 2.6 : 1.5;
+    const size = this.dotSize(from, to);
     ctx.globalAlpha = this.window ? 0.3 : 1;
     drawDots(ctx, this, from, to, size, gated);
     ctx.globalAlpha = 1;
@@ -194,6 +194,14 @@ class PlanView {
     while (end > begin && !known(end)) end--;
     if (known(begin)) drawEnd(ctx, this.px(X[begin]), this.py(Y[begin]), false);
     if (end > begin) drawEnd(ctx, this.px(X[end]), this.py(Y[end]), true);
+  }
+
+  // Larger dots where they stand apart, small ones where they run together.
+  dotSize(from, to) {
+    if (!this.dimmed) return 1.5;
+    const [x0, y0, x1, y1] = this.boxes[this.chosen];
+    const apart = (Math.hypot(x1 - x0, y1 - y0) * this.view.k) / (to - from);
+    return Math.min(5, Math.max(2.6, apart * 0.7));
   }
 
   visible([x0, y0, x1, y1]) {

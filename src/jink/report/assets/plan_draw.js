@@ -102,10 +102,11 @@ function drawGated(ctx, points) {
   ctx.stroke();
 }
 
-// Adds rows [from, to) to one Path2D per colour bin; points closer than most of a pixel in the same colour are skipped.
+// Adds rows [from, to) to one Path2D per colour bin (coasting ones in bins of their own, drawn dashed);
+// points closer than most of a pixel in the same colour are skipped.
 function addTrack(paths, plan, from, to) {
   const { tracks, surface, bins } = plan;
-  const { X, Y, fresh } = tracks;
+  const { X, Y, fresh, coasting } = tracks;
   const w = surface.width + 20, h = surface.height + 20;
   let lx = NaN, ly = NaN, lastBin = -1, at = -1;
   for (let i = from; i < to; i++) {
@@ -117,7 +118,7 @@ function addTrack(paths, plan, from, to) {
       lastBin = bins[i];
       continue;
     }
-    const bin = Math.max(bins[i], bins[i - 1]);
+    const bin = Math.max(bins[i], bins[i - 1]) + (coasting[i] ? theme.bins : 0);
     const last = i === to - 1 || fresh[i + 1];
     if (!last && bin === lastBin && Math.abs(x - lx) + Math.abs(y - ly) < 0.8) continue;
     lastBin = bin;
@@ -139,9 +140,12 @@ function strokePaths(ctx, paths, width) {
   ctx.lineWidth = width;
   ctx.lineJoin = ctx.lineCap = "round";
   paths.forEach((path, bin) => {
-    ctx.strokeStyle = theme.ramp[bin];
+    const dashed = bin >= theme.bins;
+    ctx.setLineDash(dashed ? [1, 2.5 * width] : []);
+    ctx.strokeStyle = theme.ramp[bin % theme.bins];
     ctx.stroke(path);
   });
+  ctx.setLineDash([]);
 }
 
 // A soft glow that lifts the chosen track off the others.

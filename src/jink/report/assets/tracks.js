@@ -17,7 +17,8 @@ function makeTracks(meta, arrays) {
   const manoeuvring = (i) => (arrays.manoeuvring[i] === 255 ? NaN : arrays.manoeuvring[i] / 254);
   const tracks = {
     meta, first, X, Y, MX, MY, manoeuvring, names: meta.targets.name, time: arrays.time, start: arrays.start,
-    status: arrays.status, fresh: arrays.fresh,
+    status: arrays.status, fresh: arrays.fresh, coasting: arrays.coasting,
+    updated: arrays.status.map((code) => Number(code === meta.statuses.indexOf("updated"))),
   };
   tracks.panels = makePanels(meta, arrays, tracks);
   tracks.describe = (target, row, system) => {
@@ -25,7 +26,7 @@ function makeTracks(meta, arrays) {
     for (const panel of tracks.panels.filter((p) => ["speed", "course", "height", "turn_rate"].includes(p.key))) {
       lines.push(`${panel.title.split(",")[0]}  ${panel.read(row, system)}`);
     }
-    lines.push(`Manoeuvring  ${formatShare(manoeuvring(row))}`, `Row  ${meta.statuses[tracks.status[row]]}`);
+    lines.push(`Manoeuvring  ${formatShare(manoeuvring(row))}`, `Status  ${meta.statuses[tracks.status[row]]}`);
     return lines.join("\n");
   };
   return tracks;
