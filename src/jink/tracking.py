@@ -159,12 +159,12 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
     for group, level in zip(groups, levels, strict=True):
         chosen = choose_filter(group.components, level.typical, settings.kind, settings.filter)
         used[f"{group.axes} axes"] = chosen
-        own_noise = (
-            settings.filter is not None and not isinstance(settings.filter, str) and not settings.sensor_sd
-        )
-        if not own_noise:
+        covariance = None
+        if chosen is not settings.filter:  # made for this table, with its typical noise in the sensor
             begin_with_height(group, level.covariance)
-        covariance = None if own_noise or level.uniform else level.covariance
+            covariance = None if level.uniform else level.covariance
+        elif settings.sensor_sd:
+            covariance = level.covariance
         for table in _chunks(group, covariance, chosen, settings, measurements.absolute):
             tables.append(table)
             done += table.height
