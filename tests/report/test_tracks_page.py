@@ -126,7 +126,7 @@ def test_summary_is_rendered_whatever_it_holds(tmp_path, tracks):
     text = written(tmp_path, tracks(1, 5), summary)
     for piece in (
         "1\u202f234\u202f567",
-        "<td>yes</td>",
+        ">yes</td>",
         "0.1235",
         "a.csv",
         "b.csv",

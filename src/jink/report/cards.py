@@ -9,6 +9,7 @@ from jink.report.consistency import BINS, Consistency
 from jink.report.shell import escape
 
 _MOMENT = re.compile(r"(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:\.\d+)?(?:\+00:00|Z)")
+_LINE = 24  # characters that stay on one line
 _SHORT = 60  # characters: a list that reads as one value
 _COMPUTED = "consistency"  # the page computes this from the tracks and shows more of it
 
@@ -55,12 +56,17 @@ def _pairs(values: Mapping[Any, Any]) -> str:
             continue
         if isinstance(value, list | tuple):
             value = ", ".join(_text(item) for item in value) or "none"
-        zero = ' class="zero"' if value in (0, None) and not isinstance(value, bool) else ""
-        rows.append(
-            f'<tr><th scope="row">{escape(_words(key))}</th><td{zero}>{escape(_text(value))}</td></tr>'
-        )
+        name, text = _words(key), _text(value)
+        kinds = [*(["zero"] if _is_nothing(value) else []), *(["short"] if len(text) <= _LINE else [])]
+        short = ' class="short"' if len(name) <= _LINE else ""
+        cell = f'<td class="{" ".join(kinds)}">{escape(text)}</td>'
+        rows.append(f'<tr><th scope="row"{short}>{escape(name)}</th>{cell}</tr>')
     table = f"<table><tbody>{''.join(rows)}</tbody></table>" if rows else ""
     return (table + "".join(below)) or "<p>none</p>"
+
+
+def _is_nothing(value: Any) -> bool:
+    return value is None or (isinstance(value, int | float) and not isinstance(value, bool) and value == 0)
 
 
 def _is_records(value: Any) -> bool:

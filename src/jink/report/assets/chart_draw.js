@@ -1,8 +1,8 @@
 // Drawing of one time panel. `p` holds the panel's rectangle and scales: { x(t), y(v), left, right, top, bottom, low, high }.
 // Rows [a, b) of the target are drawn; with many rows per pixel a line is reduced to first, lowest, highest, last per column.
 
-// Lowest and highest value to show. A value counts where its sd has settled (at most twice the 90 % quantile at updates) or
-// while coasting, so that a wild first estimate does not flatten the rest; bands get at most half of the panel.
+// Lowest and highest value to show. A value counts where its sd has settled (at most twice the 90 % quantile at
+// updates), so that a wild first estimate does not flatten the rest; bands and coasting get at most half of the panel.
 function valueRange(curves, tracks, a, b, floor) {
   let low = Infinity, high = -Infinity, bandLow = Infinity, bandHigh = -Infinity;
   for (const { value, sd } of curves) {
@@ -11,8 +11,10 @@ function valueRange(curves, tracks, a, b, floor) {
       for (let i = a; i < b; i++) {
         const v = value[i], sure = !(sd[i] > limit), band = strict && sure ? 2 * sd[i] || 0 : 0;
         if (v !== v || (strict && !sure && !tracks.coasting[i])) continue;
-        low = Math.min(low, v);
-        high = Math.max(high, v);
+        if (sure || !strict) {
+          low = Math.min(low, v);
+          high = Math.max(high, v);
+        }
         bandLow = Math.min(bandLow, v - band);
         bandHigh = Math.max(bandHigh, v + band);
       }
@@ -182,7 +184,7 @@ function drawPanelFrame(ctx, p, quantity, factor, tx) {
     ctx.moveTo(p.left, y);
     ctx.lineTo(p.right, y);
     const shown = quantity === "course" ? ((v % 360) + 360) % 360 : v;
-    if (y < p.bottom - 3 || quantity === "probability") ctx.fillText(formatFixed(shown, decimals), p.left - 6, y);
+    ctx.fillText(formatFixed(shown, decimals), p.left - 6, y);
   }
   for (const x of tx) {
     ctx.moveTo(Math.round(x) + 0.5, p.top);
