@@ -208,7 +208,7 @@ def _shown(line: bytes) -> str:
 
 
 def _stale(row: dict[str, Any], position: str, target: Followed) -> bool:
-    """The same position again while the target moves, by its reported speed or by its estimated one."""
+    """The same position again while the target moves by its estimate and does not rest by its report."""
     place = tuple(
         row[name]
         for name in {"geographic": ("latitude", "longitude"), "polar": ("range", "azimuth")}.get(
@@ -216,7 +216,8 @@ def _stale(row: dict[str, Any], position: str, target: Followed) -> bool:
         )
     )
     same, target.place = place == target.place, place
-    return same and (row["speed"] > 0.5 if _finite(row["speed"]) else target.speed > STALE_SPEED)
+    resting = _finite(row["speed"]) and row["speed"] <= 0.5
+    return same and target.speed > STALE_SPEED and not resting
 
 
 def _measurement(row: dict[str, Any], position: str, third: str | None, target: Followed) -> list[float]:

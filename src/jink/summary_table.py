@@ -33,7 +33,7 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
         "Targets",
         f"{summary['targets']:,} in {parts} (a new part after {summary['gap_seconds']:g} s without position)",
     )
-    yield "Time", f"{summary['start']} to {summary['end']}"
+    yield "Time", _times(summary["start"], summary["end"])
     yield (
         "Columns",
         ", ".join(f"{role} = {name}" if role != name else role for role, name in summary["columns"].items()),
@@ -56,7 +56,7 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield (
             "NIS",
             f"{100 * share:.1f} % inside the 95 % band, mean per dimension {mean:.2f} "
-            "(1 is consistent; of a mixture not exactly)",
+            "(1: consistent, of a mixture only roughly)",
         )
     yield from _listed("Note", summary["notes"])
     yield from _listed(
@@ -66,26 +66,36 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _noise(sources: list[dict[str, Any]]) -> Iterator[str]:
-    """The first few sources; how the figure was come by is said with it."""
+    """The first few sources; how a figure was come by and its range over the targets are said with it."""
     for line in sources[:3]:
-        pieces = []
-        for name in ("position", "altitude", "range", "azimuth", "elevation"):
-            if f"{name}_sd" not in line:
-                continue
-            unit = "mrad" if name in ("azimuth", "elevation") else "m"
-            value = line[f"{name}_sd"] * (1000.0 if unit == "mrad" else 1.0)
-            pieces.append(f"{name} {value:.3g} {unit} ({line.get(f'{name}_sd_from', '')})")
-            if line.get(f"{name}_sd_stated_rows"):
-                pieces.append(f"{name} as stated by ADS-B for {line[f'{name}_sd_stated_rows']:,} rows")
-            if name == "position" and line.get("time_sd"):
-                pieces.append(f"time stamps {line['time_sd']:.2g} s")
-            if f"{name}_sd_range" in line and line.get(f"{name}_sd_from") == "estimated":
-                low, high = line[f"{name}_sd_range"]
-                pieces.append(f"by target {low:.2g} to {high:.2g} m")
+        pieces = [_figure(line, name) for name in ("position", "altitude", "range", "azimuth", "elevation")]
+        if line.get("time_sd"):
+            pieces.insert(1, f"time stamps {line['time_sd']:.2g} s")
         where = f"{Path(line['source']).name}: " if len(sources) > 1 else ""
-        yield where + ", ".join(pieces)
+        yield where + ", ".join(filter(None, pieces))
     if len(sources) > 3:
         yield f"and {len(sources) - 3} more sources (--json lists them)"
+
+
+def _figure(line: dict[str, Any], name: str) -> str:
+    if f"{name}_sd" not in line:
+        return ""
+    unit, factor = ("mrad", 1000.0) if name in ("azimuth", "elevation") else ("m", 1.0)
+    origin = line[f"{name}_sd_from"]
+    if f"{name}_sd_range" in line and origin == "estimated":
+        low, high = (f"{factor * value:.2g}" for value in line[f"{name}_sd_range"])
+        origin += f"; {low} to {high} {unit} by target"
+    stated = line.get(f"{name}_sd_stated_rows")
+    origin += f"; as ADS-B states in {stated:,} rows" if stated else ""
+    return f"{name} {factor * line[f'{name}_sd']:.2g} {unit} ({origin})"
+
+
+def _times(start: Any, end: Any) -> str:
+    """Both ends as a reader would write them: the date once if it is the same."""
+    if not isinstance(start, str):
+        return f"{start:g} to {end:g} s"
+    first, last = (text.replace("T", " ").replace(".000", "").removesuffix("+00:00") for text in (start, end))
+    return f"{first} to {last[11:] if last[:10] == first[:10] else last} UTC"
 
 
 def _listed(name: str, texts: list[str]) -> Iterator[tuple[str, str]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+import time as clock
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -114,6 +115,7 @@ def _run_files(request: Request) -> int:
     from .io.files import expand
     from .io.writing import check_writable, format_of
 
+    began = clock.perf_counter()
     if not (request.output or request.report or request.json):
         raise InputError(
             "nothing to write: give -o tracks.parquet (or .csv, .jsonl, .geojson), --report page.html, "
@@ -140,6 +142,7 @@ def _run_files(request: Request) -> int:
         tracked = run(loaded, settings, progress)
         written = _write(tracked, output, kind, report, progress)
     tracked.summary["written"] = [str(path) for path in written]
+    tracked.summary["seconds"] = clock.perf_counter() - began
     if request.json:
         sys.stdout.write(json.dumps(tracked.summary, indent=2, ensure_ascii=False, default=str) + "\n")
     elif not request.quiet:

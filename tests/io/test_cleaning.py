@@ -73,8 +73,8 @@ def test_a_target_at_rest_is_believed():
     assert _clean(_rows(range(13), parked)).counts["stale_positions"] == 0
     waiting = _rows(range(4), [0, 100, 100, 100], speed=[100, 100, 0, 0])
     assert _clean(waiting).counts["stale_positions"] == 0
-    still_flying = _rows(range(4), [0, 1, 1, 2], speed=[100, 100, 100, 100])
-    assert _clean(still_flying).counts["stale_positions"] == 1
+    still_reported = _rows(range(6), [0, 100, 100, 100, 100, 100.5], speed=[100] * 6)
+    assert _clean(still_reported).counts["stale_positions"] == 0
 
 
 def test_gaps_begin_new_parts_and_rows_far_from_any_position_are_rejected():

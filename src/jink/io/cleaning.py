@@ -123,8 +123,8 @@ def _duplicates(state: Cleaned, position: str) -> int:
 def _stale(state: Cleaned, position: str) -> int:
     """Positions repeated while the target moves are old ones filled forward: they become misses.
 
-    The speed that tells rest from staleness is the reported one where there is one, otherwise the distance
-    from the repeated position to the next different one over the time between.
+    What tells rest from staleness is the distance to the next different position over the time between; at an end
+    of the track the speed before and the reported one, which elsewhere is often filled forward itself.
     """
     rows = state.rows
     several = rows["source"].n_unique() > 1
@@ -148,9 +148,10 @@ def _stale(state: Cleaned, position: str) -> int:
     with np.errstate(divide="ignore", invalid="ignore"):
         pace = np.where(track[starts[1:]], np.nan, distance / elapsed)  # from run k to run k+1
     onward, inward = np.r_[pace, np.nan], np.r_[np.nan, pace]
-    moving = np.where(np.isnan(onward), np.nan_to_num(inward) > STALE_SPEED_AT_END, onward > STALE_SPEED)
-    reported = held["speed"].to_numpy()
-    stale = ~start & np.where(np.isnan(reported), moving[run], reported > STALE_SPEED)
+    at_end = np.isnan(onward)
+    moving = np.where(at_end, np.nan_to_num(inward) > STALE_SPEED_AT_END, onward > STALE_SPEED)
+    resting = at_end[run] & (held["speed"].to_numpy() <= STALE_SPEED)
+    stale = ~start & moving[run] & ~resting
     bad = np.zeros(rows.height, bool)
     bad[order[stale]] = True
     missing = pl.Series(bad)
