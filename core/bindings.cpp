@@ -248,6 +248,7 @@ const char *status_name(Status s) {
 }  // namespace
 
 NB_MODULE(JINK_MODULE, module) {
+    void bind_stepwise(nb::module_ &); bind_stepwise(module);  // models of the user's own
     module.def("cpu_level", cpu_level);
     module.attr("lanes") = lanes;
 
