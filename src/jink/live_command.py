@@ -55,9 +55,13 @@ def run_live(request: Request) -> int:
     return 0
 
 
+def _plural(count: int, noun: str) -> str:
+    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
+
+
 def _say(tracks: Any) -> None:
     notes = "".join(f"jink: {note}\n" for note in tracks.notes)
-    counts = f"{tracks.rows:,} lines, {len(tracks.followed):,} targets, {tracks.rejected:,} rejected"
+    counts = f"{_plural(tracks.rows, 'line')}, {_plural(len(tracks.followed), 'target')}, {tracks.rejected:,} rejected"
     sys.stderr.write(f"{notes}jink: {counts}\n")
 
 
