@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -32,6 +37,50 @@ def test_batch_is_a_loop_and_threads_change_nothing(name):
         offsets=np.r_[0, np.cumsum(lengths)],
     )
     assert_array_equal(again.log_likelihood, together.log_likelihood[order])
+
+
+LEVEL_RUN = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import numpy as np
+from subjects import SUBJECTS, build, fleet
+
+t, z, offsets, _ = fleet()
+out = {}
+for name in SUBJECTS:
+    e = build(name).filter(t, z, offsets=offsets)
+    out |= {f"{name}/{part}": getattr(e, part) for part in ("x", "P", "mode_probability", "status")}
+np.savez(sys.argv[2], **out)
+"""
+
+
+@pytest.fixture(scope="module")
+def lower_levels(tmp_path_factory):
+    """Results of every subject at each lower instruction-set level of this machine, each in a process."""
+    found = []
+    own = jink._engine.level
+    for level in [f"v{k}" for k in range(2, int(own[1:]))] if own.startswith("v") else []:
+        out = tmp_path_factory.mktemp(level) / "out.npz"
+        command = [sys.executable, "-c", LEVEL_RUN, str(Path(__file__).parent), str(out)]
+        subprocess.run(command, check=True, env=os.environ | {"JINK_ISA": level})
+        found.append(dict(np.load(out)))
+    return found
+
+
+@claims("levels")
+def test_instruction_set_levels_agree(name, lower_levels):
+    """To 1e-12 of the filter's own scale."""
+    t, z, offsets, _ = fleet()
+    here = build(name).filter(t, z, offsets=offsets)
+    sd = np.sqrt(np.einsum("kii->ki", here.P))
+    started = here.status > 0
+    scale, outer = (np.abs(here.x) + sd)[started], (sd[:, :, None] * sd[:, None, :])[started]
+    for level in lower_levels:
+        there = {part: level[f"{name}/{part}"] for part in ("x", "P", "mode_probability", "status")}
+        assert_array_equal(there["status"], here.status)
+        assert (np.abs(there["x"] - here.x)[started] <= 1e-12 * scale).all()
+        assert (np.abs(there["P"] - here.P)[started] <= 1e-11 * outer).all()
+        assert_allclose(there["mode_probability"], here.mode_probability, atol=1e-11)
 
 
 @claims("batch_smoother")

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from oracle import exact, gaussian
+from oracle import exact, gaussian, pairwise
 from oracle import motion as om
 from oracle import sensor as osn
 from oracle.chain import PerScan, Sojourn, stationary
@@ -58,8 +58,7 @@ def test_kalman_and_rts_are_conditioning(model, linearisation):
         assert_allclose(est.scans[k].modes[0].x, want[k].x, rtol=1e-8, atol=1e-9)
         assert_allclose(est.scans[k].modes[0].P, want[k].P, rtol=1e-8, atol=1e-9)
         assert_allclose(est.log_likelihood_scan[: k + 1].sum(), log_likelihood, rtol=1e-9)
-    for rule in ("kim", "point", "density", "future"):
-        back = smooth(f, est, rule)
+    for back in (smooth(f, est), pairwise.smooth(f, est)):
         for k in range(9):
             assert_allclose(back.scans[k].modes[0].x, want[k].x, rtol=1e-7, atol=1e-8)
             assert_allclose(back.scans[k].modes[0].P, want[k].P, rtol=1e-7, atol=1e-8)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from oracle import exact
+from oracle import exact, pairwise
 from oracle import motion as om
 from oracle import sensor as osn
 from oracle.chain import PerScan
 from oracle.mixture import combine
 from oracle.smoother import smooth
-from oracle.start import Fix, Prior, TwoPoint, one_point
+from oracle.start import Fix, OnePoint, Prior, one_point
 from oracle.tracker import Filter, track
 
 nan = np.nan
@@ -54,19 +54,23 @@ def test_identical_modes_are_one_mode():
     rng = np.random.default_rng(5)
     time, z = np.cumsum(rng.uniform(0.2, 2, 12)), rng.normal(0, 10, (12, 2))
     z[5] = nan
-    single = Filter([model], [sensor], PerScan(1.0, 1), TwoPoint(10.0))
-    double = Filter([model, model], [sensor], PerScan([[0.9, 0.1], [0.3, 0.7]], 2), TwoPoint(10.0))
+    single = Filter([model], [sensor], PerScan(1.0, 1), OnePoint(10.0))
+    double = Filter([model, model], [sensor], PerScan([[0.9, 0.1], [0.3, 0.7]], 2), OnePoint(10.0))
     a, b = track(single, time, z), track(double, time, z)
-    for rule in ("kim", "point", "density", "future"):
-        for p, q in ((a, b), (smooth(single, a, rule), smooth(double, b, rule))):
-            assert_allclose(p.x, q.x, rtol=1e-9, atol=1e-9)
-            assert_allclose(p.P, q.P, rtol=1e-9, atol=1e-9)
-            assert_allclose(q.mode_probability, np.tile([0.75, 0.25], (12, 1)), rtol=1e-9)
+    pairs = [(a, b), (smooth(single, a), smooth(double, b))]
+    pairs += [
+        (smooth(single, a), pairwise.smooth(double, b, rule))
+        for rule in ("kim", "point", "density", "future")
+    ]
+    for p, q in pairs:
+        assert_allclose(p.x, q.x, rtol=1e-9, atol=1e-9)
+        assert_allclose(p.P, q.P, rtol=1e-9, atol=1e-9)
+        assert_allclose(q.mode_probability, np.tile([0.75, 0.25], (12, 1)), rtol=1e-9)
     assert_allclose(a.log_likelihood_scan, b.log_likelihood_scan, rtol=1e-9)
     assert_allclose(a.nis, b.nis, rtol=1e-9)
 
 
-def distance_from_exact(rule):
+def distance_from_exact(smoother):
     """RMS distance of position and velocity from the sum over every mode sequence, of the filter and of a
     smoother.
     """
@@ -78,7 +82,7 @@ def distance_from_exact(rule):
         p, modes, _ = exact.enumerate_sequences(models, starts, mu, chain, np.r_[0, np.diff(t)], z, sensor.R)
         want = np.array([combine(models, m, q).x for m, q in zip(modes, p, strict=True)])
         est = track(f, t, z)
-        back = smooth(f, est, rule)
+        back = smoother(f, est)
         filtered.append((est.x - want)[:, :2])
         smoothed.append((back.x - want)[:, :2])
         assert_allclose(back.x[-1], est.x[-1])
@@ -88,16 +92,17 @@ def distance_from_exact(rule):
     return [np.sqrt(np.mean(np.square(e), axis=(0, 1))) for e in (filtered, smoothed)]
 
 
-def test_imm_smoother_is_near_the_exact_one():
-    filtered, smoothed = distance_from_exact("future")
+@pytest.mark.parametrize("smoother", [smooth, pairwise.smooth], ids=["messages", "pairs-future"])
+def test_imm_smoother_is_near_the_exact_one(smoother):
+    filtered, smoothed = distance_from_exact(smoother)
     assert np.all(smoothed < 0.2 * filtered)
 
 
 @pytest.mark.parametrize("rule", ["kim", "point", "density"])
 def test_smoothing_towards_a_state_that_forgets_its_past_is_worse(rule):
-    """Why the pairs are smoothed towards their own state and not towards mode j's."""
-    _, ours = distance_from_exact("future")
-    _, other = distance_from_exact(rule)
+    """Why what is measured later is divided out of mode j's smoothed state, or sent back on its own."""
+    _, ours = distance_from_exact(smooth)
+    _, other = distance_from_exact(lambda f, est: pairwise.smooth(f, est, rule))
     assert np.all(other > 2 * ours)
 
 

@@ -120,7 +120,7 @@ def test_rows_after_do_not_change_rows_before(draws):
     st.integers(0, 2**32 - 1),
     st.floats(-3, 3),
     st.lists(steps.filter(lambda dt: dt < 100), min_size=3, max_size=25),
-    st.sampled_from(["kalman-cv-1", "imm-mixed", "imm-robust", "imm-turns-and-ca", "imm-radar"]),
+    st.sampled_from(["kalman-cv-1", "imm-mixed", "imm-robust", "imm-turns-and-ca"]),
 )
 def test_native_is_the_oracle_whatever_the_steps(seed, exponent, dts, name):
     """As test_oracle_native, with steps and noise chosen against us."""

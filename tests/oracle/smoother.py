@@ -1,15 +1,18 @@
-"""Fixed-interval smoothing: Rauch-Tung-Striebel, and its interacting multiple model form over pairs of modes.
+"""Fixed-interval smoothing: Rauch-Tung-Striebel for one mode, messages from the future for several.
 
-Backward over pairs (i at k, j at k+1): one RTS step from mode i's filtered estimate to mode j's smoothed one,
-through the augmentation i -> j; collapse over j for each i with the pair weights; combine over i as the
-filter does.
+One mode (Rauch, Tung, Striebel 1965): C = P F' (P^-)^-1, x_s = x + C (x_s+ - x^-),
+P_s = (I - C F) P (I - C F)' + C (Q + P_s+) C'.
 
-With rule "future" (the default) the RTS step goes to the pair's own smoothed state: mode j's smoothed
-estimate divided by its prediction is what the future measures, and that updates the prediction of the pair
-(after Helmick, Blair, Hoffman, "Fixed-interval smoothing for Markovian switching systems", IEEE T-IT 41(6),
-1995). The other rules step to mode j's smoothed state as if it did not depend on i, and differ in the pair
-weights; measured against every mode sequence (test_oracle_filters.py) they are several times farther from the
-exact answer, and may be worse than the filter.
+Several (two-filter smoothing; Fraser & Potter 1969; Helmick, Blair, Hoffman, IEEE T-IT 41(6), 1995): what is
+measured after scan k says of mode j's state x, about its filtered estimate x_j,
+
+    log p(Z_future | x, j) = s + h'(x - x_j) - (x - x_j)' J (x - x_j) / 2,    zero after the last scan.
+
+Back over a scan: the scan's measurement is added (linearised at the filtered estimate); for each pair (i, j)
+the message is moved to the prediction from i, process noise and entering components are integrated out, and
+x_i substituted; fused with mode i's filtered estimate it gives the pair's smoothed moments and weight. The
+pairs of i match in two moments; their messages are averaged with the pair weights, widened by the spread of
+the pairs, and levelled to weigh what the pairs weigh together.
 """
 
 from __future__ import annotations
@@ -19,124 +22,147 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from oracle.gaussian import Predicted, predict, symmetric
+from oracle.gaussian import parts, predict, symmetric
 from oracle.mixture import Mode, augment, match, selection
-from oracle.tracker import NONE, RESTARTED, Estimate, Filter, Scan, estimate
+from oracle.motion import Motion
+from oracle.sensor import wrap
+from oracle.tracker import Estimate, Filter, Row, Scan, estimate
 
 Array = NDArray[np.float64]
 
 
-def log_normal(d: Array, S: Array) -> float:
-    _, logdet = np.linalg.slogdet(2 * np.pi * S)
-    return float(-0.5 * (logdet + d @ np.linalg.solve(S, d)))
-
-
 @dataclass
-class Pair:
-    """Mode i at k predicted as mode j at k+1: x_j = B x_i + (what entered and the process noise, covariance
-    `noise`).
+class Message:
+    J: Array
+    h: Array
+    s: float
+
+    @staticmethod
+    def silent(n: int) -> Message:
+        return Message(np.zeros((n, n)), np.zeros(n), 0.0)
+
+    def moved(self, d: Array) -> Message:
+        """The same function about a point d farther on."""
+        return Message(self.J, self.h - self.J @ d, float(self.s + self.h @ d - d @ self.J @ d / 2))
+
+    def before_noise(self, Q: Array) -> Message:
+        """E[exp(message(x + w))] over w ~ N(0, Q): J (I + Q J)^-1 and (I + J Q)^-1 h, through a root of J."""
+        scale = np.sqrt(np.diag(self.J))
+        scale[scale == 0] = 1.0  # units differ: radians beside metres
+        values, vectors = np.linalg.eigh(self.J / np.outer(scale, scale))
+        root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+        J, log_det = parallel_sum(root, Q)
+        h = self.h - J @ Q @ self.h
+        s = self.s + 0.5 * (self.h @ Q @ h - log_det)
+        return Message(J, h, float(s))
+
+    def through(self, B: Array) -> Message:
+        """As a function of y, where x = B y."""
+        return Message(B.T @ self.J @ B, B.T @ self.h, self.s)
+
+    def fused(self, mode: Mode) -> tuple[Mode, float]:
+        """Posterior of N(x, P), covariance (P^-1 + J)^-1, and the log of the message's expectation."""
+        P, log_det = parallel_sum(np.linalg.cholesky(mode.P), self.J)
+        log_weight = self.s + 0.5 * (self.h @ P @ self.h - log_det)
+        return Mode(mode.x + P @ self.h, P), float(log_weight)
+
+
+def parallel_sum(root: Array, B: Array) -> tuple[Array, float]:
+    """(A^-1 + B)^-1 = L (I + L' B L)^-1 L' for A = L L' (which may be singular), and log det(I + A B)."""
+    inner = symmetric(np.eye(root.shape[1]) + root.T @ B @ root)
+    out = np.linalg.solve(np.linalg.cholesky(inner), root.T)
+    return out.T @ out, float(np.linalg.slogdet(inner)[1])
+
+
+def measured(motion: Motion, at: Array, row: Row) -> Message:
+    """log N(z; h(x), R) of the present components about `at`, without the part that is the same for every
+    mode.
     """
-
-    ahead: Predicted
-    B: Array
-    noise: Array
-
-
-def pair(filter: Filter, scan: Scan, modes: list[Mode], i: int, j: int) -> Pair:
-    source, target = filter.motions[i], filter.motions[j]
-    at = augment(source, modes[i], target, modes[j], filter.mixing)
-    ahead = predict(target, at.x, at.P, scan.dt, scan.u, filter.linearisation)
-    A = selection(source, target)
-    new = at.P - A @ modes[i].P @ A.T
-    return Pair(ahead, ahead.A @ A, ahead.noise + ahead.A @ new @ ahead.A.T)
+    position, velocity = parts(motion)
+    present = np.flatnonzero(row.present)
+    h = row.sensor.h(at[position], at[velocity])
+    H = np.zeros((len(h), motion.n))
+    H[:, position], H[:, velocity] = row.sensor.H(at[position], at[velocity])
+    nu = row.z[: len(h)] - h
+    for i in row.sensor.angles:
+        nu[i] = wrap(nu[i])
+    nu, H = nu[present], H[present]
+    information = np.linalg.inv(row.R[np.ix_(present, present)])
+    return Message(H.T @ information @ H, H.T @ information @ nu, float(-0.5 * nu @ information @ nu))
 
 
-def rts(mode: Mode, step: Pair, target: Mode) -> Mode:
-    """C = P B' P^-1, x + C (x_s - x^-), (I - C B) P (I - C B)' + C (noise + P_s) C'."""
-    C = np.linalg.solve(step.ahead.P, step.B @ mode.P).T
-    ICB = np.eye(len(mode.x)) - C @ step.B
-    P = ICB @ mode.P @ ICB.T + C @ (step.noise + target.P) @ C.T
-    return Mode(mode.x + C @ (target.x - step.ahead.x), symmetric(P))
-
-
-def log_weight(rule: str, smoothed: Mode, ahead: Predicted) -> float:
-    """What the smoothed state of mode j says of its having come from mode i.
-
-    "kim": nothing (Kim 1994). "point": N(x_s; x^-, P^-), the smoothed mean as if it were the state.
-    "density": N(x_s; x^-, P^- + P_s), the density of the mean with its uncertainty.
-    """
-    if rule == "kim":
-        return 0.0
-    P = ahead.P + smoothed.P if rule == "density" else ahead.P
-    return log_normal(smoothed.x - ahead.x, P)
-
-
-def future(predicted: Predicted, smoothed: Mode) -> tuple[Array, Array, Array]:
-    """What is measured from this scan on, as one measurement y = H (x - x^-) + e, e ~ N(0, diag(1/w)): (y, H,
-    1/w).
-
-    Its information is P_s^-1 - P^-1, of the moment-matched prediction and the smoothed estimate of one mode,
-    in the coordinates where P^- = I; directions in which smoothing taught nothing (or matching made it worse)
-    are left out.
-    """
-    root = np.linalg.cholesky(predicted.P)
-    whiten = np.linalg.inv(root)
-    P = whiten @ smoothed.P @ whiten.T
-    w, V = np.linalg.eigh(np.linalg.inv(symmetric(P)) - np.eye(len(P)))
-    eta = V.T @ np.linalg.solve(P, whiten @ (smoothed.x - predicted.x))
-    keep = w > 1e-9
-    return eta[keep] / w[keep], (V.T @ whiten)[keep], 1 / w[keep]
-
-
-def given_future(
-    ahead: Predicted, predicted: Predicted, seen: tuple[Array, Array, Array]
-) -> tuple[Mode, float]:
-    """The pair's own smoothed state at k+1, its prediction updated by the future, and that update's log-
-    likelihood.
-    """
-    y, H, variance = seen
-    nu, S = y - H @ (ahead.x - predicted.x), H @ ahead.P @ H.T + np.diag(variance)
-    K = np.linalg.solve(S, H @ ahead.P).T
-    IKH = np.eye(len(ahead.x)) - K @ H
-    P = IKH @ ahead.P @ IKH.T + K @ np.diag(variance) @ K.T
-    return Mode(ahead.x + K @ nu, symmetric(P)), log_normal(nu, S)
-
-
-def back(filter: Filter, before: Scan, after: Scan, smoothed: list[Mode], mu_s: Array, rule: str):
-    """Smoothed modes and probabilities at k from those at k+1."""
-    M = len(filter.motions)
-    gamma, pairs = np.zeros((M, M)), [[before.modes[0]] * M for _ in range(M)]
-    for j in range(M):
-        log_g = np.full(M, -np.inf)
-        seen = future(after.predicted[j], smoothed[j]) if rule == "future" else None
-        for i in range(M):
-            prior = after.Pi[i, j] * before.mu[i]
-            if prior <= 0:
-                continue
-            step = pair(filter, after, before.modes, i, j)
-            if seen is None:
-                target, log_weigh = smoothed[j], log_weight(rule, smoothed[j], step.ahead)
-            else:
-                target, log_weigh = given_future(step.ahead, after.predicted[j], seen)
-            log_g[i] = np.log(prior) + log_weigh
-            pairs[i][j] = rts(before.modes[i], step, target)
-        if np.isfinite(log_g).any():
-            weight = np.exp(log_g - log_g.max())
-            gamma[:, j] = mu_s[j] * weight / weight.sum()
-    mu, modes = gamma.sum(axis=1), []
+def back(filter: Filter, before: Scan, after: Scan, messages: list[Message]):
+    """Smoothed modes, probabilities and messages at k, from the messages at k+1."""
+    motions, M = filter.motions, len(filter.motions)
+    heard = []
+    for motion, mode, message in zip(motions, after.modes, messages, strict=True):
+        if after.used is not None:
+            m = measured(motion, mode.x, after.used)
+            message = Message(message.J + m.J, message.h + m.h, message.s + m.s)
+        heard.append(message if after.linked else Message.silent(motion.n))
+    fused: list[list[Mode]] = [[] for _ in range(M)]
+    told: list[list[Message]] = [[] for _ in range(M)]
+    log_w, Pi = np.zeros((M, M)), after.Pi if after.linked else np.eye(M)
     for i in range(M):
-        used = [j for j in range(M) if gamma[i, j] > 0]
-        modes.append(match(gamma[i, used] / mu[i], [pairs[i][j] for j in used]) if used else before.modes[i])
-    return modes, mu
+        for j in range(M):
+            message = pair(filter, before, after, i, j, heard[j])
+            mode, log_weight = message.fused(before.modes[i])
+            fused[i].append(mode)
+            told[i].append(message)
+            log_w[i, j] = np.log(max(Pi[i, j] * before.mu[i], 1e-200)) + log_weight
+    w = np.exp(log_w - log_w.max())
+    mu = w.sum(axis=1) / w.sum()
+    out = [collapse(before.modes[i], before.mu[i], w[i] / w.sum(), fused[i], told[i]) for i in range(M)]
+    return [mode for mode, _ in out], mu, [message for _, message in out]
 
 
-def smooth(filter: Filter, filtered: Estimate, rule: str = "future") -> Estimate:
-    """Backward over the filter's scans; a restart is a boundary that no information crosses."""
+def pair(filter: Filter, before: Scan, after: Scan, i: int, j: int, heard: Message) -> Message:
+    """Mode j's message at k+1 as mode i at k hears it."""
+    source, target = filter.motions[i], filter.motions[j]
+    if not after.linked:
+        return Message.silent(source.n)
+    start = augment(source, before.modes[i], target, before.modes[j], filter.mixing)
+    ahead = predict(target, start.x, start.P, after.dt, after.u, filter.linearisation)
+    A = selection(source, target)
+    enters = start.P - A @ before.modes[i].P @ A.T
+    noise = ahead.noise + ahead.A @ enters @ ahead.A.T
+    return heard.moved(ahead.x - after.modes[j].x).before_noise(noise).through(ahead.A @ A)
+
+
+def collapse(filtered: Mode, mu: float, w: Array, fused: list[Mode], told: list[Message]):
+    """One mode's smoothed estimate and message from its pairs, whose weights w sum to its probability."""
+    share = w / w.sum()
+    mode = match(share, fused)
+    spread = sum(a * np.outer(m.x - mode.x, m.x - mode.x) for a, m in zip(share, fused, strict=True))
+    J = sum(a * m.J for a, m in zip(share, told, strict=True))
+    h = sum(a * m.h for a, m in zip(share, told, strict=True))
+    message = Message(J, h, 0.0).before_noise(spread)
+    message.s = 0.0
+    message.s = float(np.log(w.sum()) - np.log(max(mu, 1e-200)) - message.fused(filtered)[1])
+    return mode, message
+
+
+def rts(filter: Filter, before: Scan, after: Scan, smoothed: Mode) -> Mode:
+    """One mode's step."""
+    (mode,) = before.modes
+    ahead = predict(filter.motions[0], mode.x, mode.P, after.dt, after.u, filter.linearisation)
+    C = np.linalg.solve(ahead.P, ahead.A @ mode.P).T
+    ICF = np.eye(len(mode.x)) - C @ ahead.A
+    P = ICF @ mode.P @ ICF.T + C @ (ahead.noise + smoothed.P) @ C.T
+    return Mode(mode.x + C @ (smoothed.x - ahead.x), symmetric(P))
+
+
+def smooth(filter: Filter, filtered: Estimate) -> Estimate:
+    """Backward over the filter's scans; no information crosses a start or restart."""
     scans = filtered.scans
     out = [replace(s) for s in scans]
+    messages = [Message.silent(m.n) for m in filter.motions]
     for k in range(len(scans) - 2, -1, -1):
         before, after = scans[k], scans[k + 1]
-        if before.status == NONE or not before.modes or after.status == RESTARTED:
+        if not before.modes:
             continue
-        out[k].modes, out[k].mu = back(filter, before, after, out[k + 1].modes, out[k + 1].mu, rule)
+        if len(filter.motions) > 1:
+            out[k].modes, out[k].mu, messages = back(filter, before, after, messages)
+        elif after.linked:
+            out[k].modes = [rts(filter, before, after, out[k + 1].modes[0])]
     return estimate(filter, out)

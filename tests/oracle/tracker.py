@@ -69,6 +69,8 @@ class Scan:
     u: Array | None
     Pi: Array
     status: int = NONE
+    linked: bool = False  # follows from the scan before, by prediction
+    used: Row | None = None  # the measurement that was believed
     modes: list[Mode] = field(default_factory=list)
     predicted: list[Predicted] = field(default_factory=list)
     mu: Array | None = None
@@ -155,7 +157,7 @@ class Track:
             for m, x in zip(f.motions, mixed, strict=True)
         ]
         self.mu, self.modes = c, [Mode(p.x, p.P) for p in scan.predicted]
-        scan.status = PREDICTED
+        scan.status, scan.linked = PREDICTED, True
         if not row.present.any():
             return
         second = row.fix(f.motions[0].axes) if self.first is not None else None
@@ -163,7 +165,7 @@ class Track:
             self.modes = [two_point(m, self.first, second) for m in f.motions]
             self.mu = f.start_probability()
             self.first = None
-            scan.status = INITIALISED
+            scan.status, scan.used = INITIALISED, row.converted()
             return
         self.measure(scan, row, c)
 
@@ -183,7 +185,7 @@ class Track:
             return
         self.rejected = 0
         self.modes, self.mu = [Mode(u.x, u.P) for u in updated], np.exp(log_joint - log_density)
-        scan.status = UPDATED
+        scan.status, scan.used = UPDATED, work
 
     def score(self, scan: Scan, c: Array, updated: list[Updated], work: Row, log_density: float) -> None:
         """NIS and log-likelihood; GATED where the row is likelier an outlier."""
@@ -204,6 +206,7 @@ class Track:
         fix = row.fix(self.filter.motions[0].axes)
         if 0 < self.filter.outliers.restart_after <= self.rejected and fix is not None:
             self.restart(fix)
+            scan.linked = False
             scan.status, scan.nis, scan.nis_dof = RESTARTED, np.nan, 0
 
 

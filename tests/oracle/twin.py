@@ -143,6 +143,19 @@ def conditioning(est: Estimate) -> float:
     return worst
 
 
+def rounding_effect(twin: Twin, data: Data) -> dict[str, float]:
+    """How far the smoothed results move when the filter's are rounded in their sixteenth digit."""
+    f, rng = twin.oracle(), np.random.default_rng(0)
+    est = track(f, data.time, data.z, data.sensor, data.R, data.u)
+    base = oracle_smooth(f, est)
+    for scan in est.scans:
+        for mode in scan.modes:
+            noise = rng.normal(size=mode.P.shape)
+            mode.x = mode.x * (1 + 1e-16 * rng.normal(size=mode.x.shape))
+            mode.P = mode.P * (1 + 1e-15 * (noise + noise.T) / 2)
+    return distances(oracle_smooth(f, est), base)
+
+
 def distances(native, oracle: Estimate) -> dict[str, float]:
     """Largest differences: x over |x| + sd, P over sd sd', probabilities absolute, likelihood and NIS over 1
     + size.
