@@ -204,6 +204,7 @@ def test_random_damage_never_ends_in_a_traceback_or_half_an_output(flight, tmp_p
         (["F", "--json", "--filter", "magic"], "neither a file nor one of"),
         (["F", "--json", "--gap", "-1"], "gap"),
         (["F", "--json", "--min-points", "0"], "min_points"),
+        (["F", "--json", "--threads", "0"], "threads"),
         (["-", "-o", "t.csv"], "--output needs the whole track"),
         (["-", "F"], "stands alone"),
     ],
@@ -236,6 +237,18 @@ def test_a_saved_filter_is_used(flight, tmp_path):
     assert status == 0 and "constant_velocity" in str(json.loads(said)["filter"])
     (tmp_path / "broken.json").write_text("{}")
     assert run(flight, "--json", "--filter", tmp_path / "broken.json")[0] == 2
+
+
+def test_a_failure_while_writing_leaves_neither_output_nor_temporary_files(flight, tmp_path, monkeypatch):
+    import jink.report
+
+    def fails(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(jink.report, "write_report", fails)
+    status, _, errors = run(flight, "-o", tmp_path / "t.parquet", "--report", tmp_path / "t.html")
+    assert status == 1 and "No space left" in errors
+    assert [path.name for path in tmp_path.iterdir()] == ["flight.csv"]
 
 
 def _stream(count: int) -> list[dict]:

@@ -243,6 +243,11 @@ def test_a_filter_of_ones_own_brings_its_own_noise():
     )
     loose = jink.track(frame, filter=own, sensor_sd=200.0)
     assert loose["x_sd"].to_numpy()[100] > 3 * tracks["x_sd"].to_numpy()[100]
+    radar = jink.Kalman(
+        jink.ConstantVelocity(acceleration_sd=2.0), jink.Polar(range_sd=20.0, azimuth_sd=1e-3)
+    )
+    with pytest.raises(InputError, match="measures range, azimuth; the data has x, y"):
+        jink.track(frame, filter=radar)
     for name in ("cv", "ca", "singer"):
         assert jink.track(frame, filter=name)["speed"].to_numpy()[100] == pytest.approx(220.0, rel=0.1)
 

@@ -38,10 +38,7 @@ def choose_filter(components: Sequence[str], sd: Mapping[str, float], kind: str,
     """
     axes = len(components)
     if chosen is not None and not isinstance(chosen, str):
-        if axes_of(chosen) not in (None, axes):
-            raise InputError(
-                f"the filter expects {axes_of(chosen)} axes; the data has {axes} ({', '.join(components)})"
-            )
+        _check(chosen, components)
         return chosen
     sensor = _sensor(components, sd)
     if chosen in (None, "imm"):
@@ -51,6 +48,17 @@ def choose_filter(components: Sequence[str], sd: Mapping[str, float], kind: str,
     raise InputError(
         f"filter {chosen!r} is not known; expected {', '.join(NAMES)}, or a file written by save()"
     )
+
+
+def _check(chosen: Any, components: Sequence[str]) -> None:
+    """InputError if the user's filter measures something else than what the data holds."""
+    polar = components[0] == "range"
+    data = tuple({"altitude": "height" if polar else "z"}.get(name, name) for name in components)
+    expected = tuple(getattr(next(iter(getattr(chosen, "sensors", ())), None), "components", data))
+    if expected != data:
+        raise InputError(
+            f"the filter's sensor measures {', '.join(expected)}; the data has {', '.join(components)}"
+        )
 
 
 def _single(name: str, sensor: Any, acceleration: float) -> Any:

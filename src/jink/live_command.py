@@ -32,13 +32,15 @@ def run_live(request: Request) -> int:
 
     reading, settings = settings_of(request)
     tracks = LiveTracks(reading, settings)
+    said = 0
     try:
         for lines in _arriving(sys.stdin.fileno()):
             estimates, rejected = tracks.take(lines)
             sys.stdout.write(estimates)
             sys.stdout.flush()
-            if rejected and not request.quiet:
-                sys.stderr.write(rejected)
+            if not request.quiet:
+                sys.stderr.write("".join(f"jink: {note}\n" for note in tracks.notes[said:]) + rejected)
+            said = len(tracks.notes)
     except BrokenPipeError:
         os.dup2(
             os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
@@ -60,9 +62,8 @@ def _plural(count: int, noun: str) -> str:
 
 
 def _say(tracks: Any) -> None:
-    notes = "".join(f"jink: {note}\n" for note in tracks.notes)
-    counts = f"{_plural(tracks.rows, 'line')}, {_plural(len(tracks.followed), 'target')}, {tracks.rejected:,} rejected"
-    sys.stderr.write(f"{notes}jink: {counts}\n")
+    counts = f"{_plural(tracks.rows, 'line')}, {_plural(len(tracks.followed), 'target')}"
+    sys.stderr.write(f"jink: {counts}, {tracks.rejected:,} rejected\n")
 
 
 def _arriving(source: int) -> Iterator[list[bytes]]:

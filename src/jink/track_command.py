@@ -51,6 +51,10 @@ def run_command(request: Request) -> int:
         return _run_files(request)
     except InputError as error:
         return _failed(request, str(error), 2)
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in ("polars", "narwhals", "pyproj", "rich"):
+            raise
+        return _failed(request, f'{error.name} is missing; pip install "jink[track]" brings it', 1)
     except MemoryError:
         return _failed(request, "not enough memory; track fewer files at once", 1)
     except OSError as error:

@@ -67,6 +67,8 @@ class Settings:
             raise InputError(f"kind is {self.kind!r}; expected one of {', '.join(KINDS)}")
         if self.gap is not None and not self.gap >= 0:
             raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
+        if self.threads is not None and self.threads < 1:
+            raise InputError(f"threads is {self.threads}; expected 1 or more")
         if self.min_points < 1:
             raise InputError(f"min_points is {self.min_points}; expected 1 or more")
 

@@ -123,8 +123,8 @@ def _duplicates(state: Cleaned, position: str) -> int:
 def _stale(state: Cleaned, position: str) -> int:
     """Positions repeated while the target moves are old ones filled forward: they become misses.
 
-    What tells rest from staleness is the distance to the next different position over the time between; at the end
-    of the track the speed before and the reported one, which elsewhere is often filled forward itself.
+    What tells rest from staleness is the distance to the next different position over the time between; at
+    the end of a track the speed before and the reported one, which elsewhere is often filled forward itself.
     """
     rows = state.rows
     several = rows["source"].n_unique() > 1
