@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time as clock
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -196,23 +197,29 @@ def usual_gap(rows: pl.DataFrame, kind: str) -> float:
 
 def _chunks(
     group: Placed, covariance: np.ndarray | None, chosen: Any, settings: Settings, absolute: bool
-) -> Any:
-    """Tables of whole parts, some ten thousand rows each."""
+) -> Iterator[pl.DataFrame]:
+    """Tables of whole parts, some ten thousand rows each; one is made while the next is filtered."""
     offsets = group.offsets
     verb = chosen.smooth if settings.smooth else chosen.filter
     begin = 0
-    while begin < offsets.size - 1:
-        end = int(np.searchsorted(offsets, offsets[begin] + CHUNK))
-        end = min(max(end, begin + 1), offsets.size - 1)
-        rows = slice(int(offsets[begin]), int(offsets[end]))
-        some = group.some(rows)
-        estimate = verb(
-            some.time,
-            some.z,
-            offsets=offsets[begin : end + 1] - offsets[begin],
-            covariance=None if covariance is None else covariance[rows],
-            threads=settings.threads,
-            outputs=("x", "P", "mode_probability", "nis", "nis_dof", "status"),
-        )
-        yield tracks_table(some, estimate, absolute)
-        begin = end
+    waiting: Future[pl.DataFrame] | None = None
+    with ThreadPoolExecutor(1) as worker:
+        while begin < offsets.size - 1:
+            end = int(np.searchsorted(offsets, offsets[begin] + CHUNK))
+            end = min(max(end, begin + 1), offsets.size - 1)
+            rows = slice(int(offsets[begin]), int(offsets[end]))
+            some = group.some(rows)
+            estimate = verb(
+                some.time,
+                some.z,
+                offsets=offsets[begin : end + 1] - offsets[begin],
+                covariance=None if covariance is None else covariance[rows],
+                threads=settings.threads,
+                outputs=("x", "P", "mode_probability", "nis", "nis_dof", "status"),
+            )
+            if waiting:
+                yield waiting.result()
+            waiting = worker.submit(tracks_table, some, estimate, absolute)
+            begin = end
+        if waiting:
+            yield waiting.result()

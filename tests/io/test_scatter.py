@@ -36,6 +36,16 @@ def test_errors_of_time_stamps_are_told_from_errors_of_position():
     assert position == pytest.approx(2.0, rel=0.1) and stamps == pytest.approx(0.15, rel=0.1)
 
 
+def test_turns_seen_by_a_slow_radar_are_not_taken_for_errors_of_its_clock():
+    rng = np.random.default_rng(4)
+    time = np.arange(2000) * 10.0
+    course = np.cumsum(np.where(np.arange(2000) % 50 < 10, 0.5, 0.0))
+    velocity = 200.0 * np.column_stack([np.sin(course), np.cos(course)])
+    plane = np.cumsum(velocity * 10.0, axis=0) + rng.normal(0, 60.0, (2000, 2))
+    position, stamps = _scatter(time, plane, np.arange(2000) == 0)
+    assert position == pytest.approx(60.0, rel=0.35) and stamps == 0.0
+
+
 def test_one_position_in_a_hundred_fifty_kilometres_away_changes_little():
     position, stamps = _scatter(*_flight(sd=5.0, outliers=0.01))
     assert position == pytest.approx(5.0, rel=0.2) and stamps < 0.1

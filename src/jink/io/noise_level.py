@@ -113,11 +113,10 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
         if name in sd and "given" not in origins[name]:
             sd[name] = _stated(placed, sd[name], name, lines)
     covariance = np.zeros((count, placed.axes, placed.axes))
-    covariance[:, :2, :2] = (velocity * sd["time_sd"][:, None])[:, :, None] * (
-        velocity * sd["time_sd"][:, None]
-    )[:, None, :]
-    covariance[:, 0, 0] += sd["position_sd"] ** 2
-    covariance[:, 1, 1] += sd["position_sd"] ** 2
+    along_x, along_y = velocity[:, 0] * sd["time_sd"], velocity[:, 1] * sd["time_sd"]
+    covariance[:, 0, 0] = along_x**2 + sd["position_sd"] ** 2
+    covariance[:, 1, 1] = along_y**2 + sd["position_sd"] ** 2
+    covariance[:, 0, 1] = covariance[:, 1, 0] = along_x * along_y
     if vertical:
         covariance[:, 2, 2] = sd["altitude_sd"] ** 2
     return NoiseLevel(covariance, _typical(sd, {"position": "position_sd", "altitude": "altitude_sd"}), lines)

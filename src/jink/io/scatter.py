@@ -93,7 +93,10 @@ def plane_scatter(
     stamps = TAIL * grouped_quantile(along, of, groups, 0.9)
     own = position * grouped_quantile(1.0 / speed, of, groups, 0.5)
     either = MEDIAN * grouped_quantile(np.abs(difference).ravel(), np.repeat(of, 2), groups, 0.5)
-    timed = moving & (stamps > 1.5 * own)
+    typical = MEDIAN * grouped_quantile(
+        along, of, groups, 0.5
+    )  # turns make the 90 % quantile of slow sensors grow
+    timed = moving & (typical > 1.5 * own) & (stamps > own)
     step = np.hypot(*np.diff(plane, axis=0, prepend=np.nan).T)
     step[new] = np.nan
     least = 1e-3 + 1e-3 * np.nan_to_num(grouped_quantile(step, group, groups, 0.5))
