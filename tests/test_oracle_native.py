@@ -16,7 +16,7 @@ TOLERANCE = 1e-9
 
 
 def assert_agrees(twin, data, smooth=False):
-    """To 1e-9 times conditioning over 1e5; smoothed, plus ten times what rounding the filter's results does."""
+    """To 1e-9 times conditioning over 1e5; smoothed, plus ten times the effect of rounding its input."""
     oracle, native = tw.run_oracle(twin, data, smooth), tw.run_native(twin, data, smooth)
     scale = max(1.0, tw.conditioning(oracle) / 1e5)
     rounding = tw.rounding_effect(twin, data) if smooth else {}

@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 
 from oracle.gaussian import parts, predict, symmetric
 from oracle.mixture import Mode, augment, match, selection
@@ -46,12 +47,8 @@ class Message:
         return Message(self.J, self.h - self.J @ d, float(self.s + self.h @ d - d @ self.J @ d / 2))
 
     def before_noise(self, Q: Array) -> Message:
-        """E[exp(message(x + w))] over w ~ N(0, Q): J (I + Q J)^-1 and (I + J Q)^-1 h, through a root of J."""
-        scale = np.sqrt(np.diag(self.J))
-        scale[scale == 0] = 1.0  # units differ: radians beside metres
-        values, vectors = np.linalg.eigh(self.J / np.outer(scale, scale))
-        root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-        J, log_det = parallel_sum(root, Q)
+        """E[exp(message(x + w))] over w ~ N(0, Q): J (I + Q J)^-1 and (I + J Q)^-1 h."""
+        J, log_det = parallel_sum(root(self.J), root(Q))
         h = self.h - J @ Q @ self.h
         s = self.s + 0.5 * (self.h @ Q @ h - log_det)
         return Message(J, h, float(s))
@@ -62,16 +59,27 @@ class Message:
 
     def fused(self, mode: Mode) -> tuple[Mode, float]:
         """Posterior of N(x, P), covariance (P^-1 + J)^-1, and the log of the message's expectation."""
-        P, log_det = parallel_sum(np.linalg.cholesky(mode.P), self.J)
+        P, log_det = parallel_sum(np.linalg.cholesky(mode.P), root(self.J))
         log_weight = self.s + 0.5 * (self.h @ P @ self.h - log_det)
         return Mode(mode.x + P @ self.h, P), float(log_weight)
 
 
-def parallel_sum(root: Array, B: Array) -> tuple[Array, float]:
-    """(A^-1 + B)^-1 = L (I + L' B L)^-1 L' for A = L L' (which may be singular), and log det(I + A B)."""
-    inner = symmetric(np.eye(root.shape[1]) + root.T @ B @ root)
-    out = np.linalg.solve(np.linalg.cholesky(inner), root.T)
-    return out.T @ out, float(np.linalg.slogdet(inner)[1])
+def root(A: Array) -> Array:
+    """R with R R' = A, semidefinite: by eigenvalues at unit diagonal, since units differ (radians, m)."""
+    scale = np.sqrt(np.maximum(np.diag(A), 0.0))
+    scale[scale == 0] = 1.0
+    values, vectors = np.linalg.eigh(A / np.outer(scale, scale))
+    return scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def parallel_sum(L: Array, R: Array) -> tuple[Array, float]:
+    """(A^-1 + B)^-1 = L (I + L' B L)^-1 L' and log det(I + A B) for A = L L' (singular or not) and B = R R'.
+
+    The middle is U'U, U the triangle of the QR decomposition of [I; R' L]: never formed, so never indefinite.
+    """
+    U = np.linalg.qr(np.vstack([np.eye(L.shape[1]), R.T @ L]), mode="r")
+    out = np.linalg.solve(U.T, L.T)
+    return out.T @ out, float(2 * np.log(np.abs(np.diag(U))).sum())
 
 
 def measured(motion: Motion, at: Array, row: Row) -> Message:
@@ -110,9 +118,9 @@ def back(filter: Filter, before: Scan, after: Scan, messages: list[Message]):
             fused[i].append(mode)
             told[i].append(message)
             log_w[i, j] = np.log(max(Pi[i, j] * before.mu[i], 1e-200)) + log_weight
-    w = np.exp(log_w - log_w.max())
-    mu = w.sum(axis=1) / w.sum()
-    out = [collapse(before.modes[i], before.mu[i], w[i] / w.sum(), fused[i], told[i]) for i in range(M)]
+    log_w -= logsumexp(log_w)
+    mu = np.exp(logsumexp(log_w, axis=1))
+    out = [collapse(before.modes[i], before.mu[i], log_w[i], fused[i], told[i]) for i in range(M)]
     return [mode for mode, _ in out], mu, [message for _, message in out]
 
 
@@ -129,16 +137,16 @@ def pair(filter: Filter, before: Scan, after: Scan, i: int, j: int, heard: Messa
     return heard.moved(ahead.x - after.modes[j].x).before_noise(noise).through(ahead.A @ A)
 
 
-def collapse(filtered: Mode, mu: float, w: Array, fused: list[Mode], told: list[Message]):
-    """One mode's smoothed estimate and message from its pairs, whose weights w sum to its probability."""
-    share = w / w.sum()
+def collapse(filtered: Mode, mu: float, log_w: Array, fused: list[Mode], told: list[Message]):
+    """One mode's smoothed estimate and message from its pairs, whose weights sum to its probability."""
+    share = np.exp(log_w - logsumexp(log_w))
     mode = match(share, fused)
     spread = sum(a * np.outer(m.x - mode.x, m.x - mode.x) for a, m in zip(share, fused, strict=True))
     J = sum(a * m.J for a, m in zip(share, told, strict=True))
     h = sum(a * m.h for a, m in zip(share, told, strict=True))
     message = Message(J, h, 0.0).before_noise(spread)
     message.s = 0.0
-    message.s = float(np.log(w.sum()) - np.log(max(mu, 1e-200)) - message.fused(filtered)[1])
+    message.s = float(logsumexp(log_w) - np.log(max(mu, 1e-200)) - message.fused(filtered)[1])
     return mode, message
 
 
