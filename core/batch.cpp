@@ -1,4 +1,5 @@
 #include "batch.hpp"
+#include "transpose.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -11,112 +12,121 @@ namespace jink::inline JINK_LEVEL {
 
 namespace {
 
-constexpr int block = 16;  // scans gathered and scattered at a time, so that both read and write runs of memory
-using Lane = double[lanes];
+constexpr int block = 32;  // scans gathered and scattered at a time, so that both read and write runs of memory
 
-// The rows of one pack of tracks, a block of scans at a time, lane by lane beside each other.
-class Rows {
+// Which rows of the flat arrays the lanes of a pack own.
+struct Span {
+    std::int64_t start[lanes], count[lanes];
+    bool all_live(std::int64_t from, int scans) const {
+        return std::all_of(count, count + lanes, [&](std::int64_t n) { return n >= from + scans; });
+    }
+    int live(int l, std::int64_t from, int scans) const { return int(std::clamp<std::int64_t>(count[l] - from, 0, scans)); }
+};
+
+// One kind of input on its way in: a block of scans of every lane's rows, turned into packs.
+class Stream {
   public:
-    Rows(const BatchInput &batch, int state_axes)
-        : in(batch), axes(state_axes), noise_terms(!in.noise ? 0 : in.full_noise ? packed_size(in.columns) : in.columns),
-          buffer(block * (1 + in.columns + noise_terms + (in.input ? axes : 0)) * lanes), sensors(block * lanes) {}
+    Stream(const double *source, int values, double filler)
+        : from(source), n(values), fill(filler), buffer(source ? std::size_t(block) * n * lanes : 0) {}
 
-    void take(const std::int64_t *first, const std::int64_t *length) {
-        for (int l = 0; l < lanes; ++l) start[l] = first[l], count[l] = length[l];
-    }
+    Pack at(int k, int c) const { return load<Pack>(&buffer[(k * n + c) * lanes]); }
 
-    void gather(std::int64_t from, int scans) {
-        const int stride = int(buffer.size() / block);
-        begun = from;
-        for (int l = 0; l < lanes; ++l)
-            for (int k = 0; k < scans; ++k) {
-                double *to = &buffer[k * stride + l];
-                const bool live = from + k < count[l];
-                const std::int64_t row = start[l] + (live ? from + k : std::max<std::int64_t>(count[l] - 1, 0));
-                if (count[l] == 0) {
-                    for (int f = 0; f < stride; f += lanes) to[f] = f == 0 ? 0.0 : f <= in.columns * lanes ? NAN : 1.0;
-                    sensors[k * lanes + l] = 0;
-                    continue;
-                }
-                *to = in.time[row], to += lanes;
-                for (int r = 0; r < in.columns; ++r, to += lanes) *to = live ? in.z[row * in.columns + r] : NAN;
-                if (noise_terms) {
-                    const double *R = in.noise + row * in.columns * (in.full_noise ? in.columns : 1);
-                    if (in.full_noise)
-                        for (int r = 0; r < in.columns; ++r)
-                            for (int q = 0; q <= r; ++q, to += lanes) *to = R[r * in.columns + q];
-                    else
-                        for (int r = 0; r < in.columns; ++r, to += lanes) *to = R[r];
-                }
-                if (in.input)
-                    for (int a = 0; a < axes; ++a, to += lanes) *to = in.input[row * axes + a];
-                sensors[k * lanes + l] = in.sensor ? in.sensor[row] : 0;
-            }
-    }
-
-    // The k-th scan of the block.
-    void read(int k, Scan<Pack> &scan, Pack *input) const {
-        const double *from = &buffer[k * (buffer.size() / block)];
-        scan.time = load<Pack>(from), from += lanes;
-        for (int r = 0; r < in.columns; ++r, from += lanes) scan.z[r] = load<Pack>(from);
-        scan.own_noise = noise_terms > 0, scan.own_full = in.full_noise;
-        for (int t = 0; t < noise_terms; ++t, from += lanes) scan.R[t] = load<Pack>(from);
-        if (in.input)
-            for (int a = 0; a < axes; ++a, from += lanes) input[a] = load<Pack>(from);
-        scan.input = in.input ? input : nullptr;
-        scan.mixed_sensors = false;
+    void gather(const Span &rows, std::int64_t scan, int scans) {
+        if (!from) return;
+        if (rows.all_live(scan, scans)) {
+            const double *lane_of[lanes];
+            for (int l = 0; l < lanes; ++l) lane_of[l] = from + (rows.start[l] + scan) * n;
+            to_lanes(lane_of, std::int64_t(scans) * n, buffer.data());
+            return;
+        }
         for (int l = 0; l < lanes; ++l) {
-            set_lane(scan.active, l, begun + k < count[l]);
-            scan.sensor[l] = sensors[k * lanes + l];
-            scan.mixed_sensors = scan.mixed_sensors || scan.sensor[l] != scan.sensor[0];
+            const int live = rows.live(l, scan, scans) * n;
+            const double *source = from + (rows.start[l] + scan) * n;
+            for (int k = 0; k < scans * n; ++k) buffer[k * lanes + l] = k < live ? source[k] : fill;
         }
     }
 
-    std::int64_t start[lanes], count[lanes];
+  private:
+    const double *from;
+    int n;
+    double fill;
+    std::vector<double> buffer;
+};
+
+// The rows of one pack of tracks, a block of scans at a time.
+class Rows {
+  public:
+    Rows(const BatchInput &batch, int state_axes)
+        : in(batch), axes(state_axes), time(in.time, 1, 0.0), z(in.z, in.columns, NAN),
+          noise(in.noise, in.full_noise ? in.columns * in.columns : in.columns, 1.0), input(in.input, axes, 0.0) {}
+
+    Span span;
+
+    void gather(std::int64_t from, int scans) {
+        begun = from;
+        for (Stream *stream : {&time, &z, &noise, &input}) stream->gather(span, from, scans);
+    }
+
+    // The k-th scan of the block.
+    void read(int k, Scan<Pack> &scan, Pack *known) {
+        scan.time = time.at(k, 0);
+        for (int r = 0; r < in.columns; ++r) scan.z[r] = z.at(k, r);
+        scan.own_noise = in.noise, scan.own_full = in.full_noise;
+        if (in.noise)
+            for (int r = 0; r < in.columns; ++r)
+                if (!in.full_noise) scan.R[r] = noise.at(k, r);
+                else
+                    for (int q = 0; q <= r; ++q) scan.R[packed(r, q)] = noise.at(k, r * in.columns + q);
+        for (int a = 0; in.input && a < axes; ++a) known[a] = input.at(k, a);
+        scan.input = in.input ? known : nullptr;
+        PackMask lengths;
+        std::memcpy(&lengths, span.count, sizeof lengths);
+        scan.active = lengths > begun + k;
+        if (!in.sensor) return;
+        for (int l = 0; l < lanes; ++l)
+            which[l] = begun + k < span.count[l] ? in.sensor[span.start[l] + begun + k] : l ? which[0] : 0;
+        scan.one_sensor = which[0];
+        scan.sensor = std::any_of(which, which + lanes, [&](auto s) { return s != which[0]; }) ? which : nullptr;
+    }
 
   private:
     const BatchInput &in;
-    int axes, noise_terms;
+    int axes;
     std::int64_t begun = 0;
-    std::vector<double> buffer;
-    std::vector<std::int32_t> sensors;
+    Stream time, z, noise, input;
+    std::int32_t which[lanes];
 };
 
-// One kind of result on its way out: a block of scans in lanes, then run by run into the rows of each track.
+// One kind of result on its way out: a block of scans in packs, turned into the rows of each track.
 class Column {
   public:
-    Column(double *to, int values, bool symmetric = false)
-        : dest(to), width_in(symmetric ? packed_size(values) : values), n(values), square(symmetric),
-          buffer(to ? std::size_t(block) * width_in * lanes : 0) {}
-
-    bool wanted() const { return dest != nullptr; }
-    void put(int k, int c, Pack value) { store(&buffer[(k * width_in + c) * lanes], value); }
-    void put(int k, const Pack *values, Mask<Pack> valid) {
-        for (int c = 0; c < width_in; ++c) put(k, c, select<Pack>(valid, values[c], nan_of<Pack>()));
+    Column(double *to, std::int64_t rows, int values, bool symmetric = false)
+        : dest(to), n(symmetric ? values * values : values), large(rows * n > (1 << 20)), buffer(to ? std::size_t(block) * n * lanes : 0) {
+        for (int e = 0; e < n; ++e) source.push_back(symmetric ? packed(e / values, e % values) : e);
     }
 
-    void scatter(const Rows &rows, std::int64_t from, int scans) const {
+    bool wanted() const { return dest != nullptr; }
+    void put(int k, const Pack *values, Mask<Pack> valid) {
+        for (int e = 0; e < n; ++e) store(&buffer[(k * n + e) * lanes], select<Pack>(valid, values[source[e]], nan_of<Pack>()));
+    }
+
+    void scatter(const Span &rows, std::int64_t from, int scans) const {
         if (!dest) return;
+        double *to[lanes];
+        for (int l = 0; l < lanes; ++l) to[l] = dest + (rows.start[l] + from) * n;
+        if (rows.all_live(from, scans)) return from_lanes(buffer.data(), std::int64_t(scans) * n, to, large);
         for (int l = 0; l < lanes; ++l) {
-            const int live = int(std::clamp<std::int64_t>(rows.count[l] - from, 0, scans));
-            const double *source = &buffer[l];
-            if (!square) {
-                double *to = dest + (rows.start[l] + from) * n;
-                for (int k = 0; k < live * n; ++k) to[k] = source[k * lanes];
-                continue;
-            }
-            double *to = dest + (rows.start[l] + from) * n * n;
-            for (int k = 0; k < live; ++k, source += width_in * lanes, to += n * n)
-                for (int r = 0, p = 0; r < n; ++r)
-                    for (int q = 0; q <= r; ++q, ++p) to[r * n + q] = to[q * n + r] = source[p * lanes];
+            const int live = rows.live(l, from, scans) * n;
+            for (int k = 0; k < live; ++k) to[l][k] = buffer[k * lanes + l];
         }
     }
 
   private:
     double *dest;
-    int width_in, n;
-    bool square;
+    int n;
+    bool large;  // more than the caches hold
     std::vector<double> buffer;
+    std::vector<int> source;  // of each element among the packed values
 };
 
 // One thread's work: pack after pack.
@@ -124,18 +134,19 @@ class Runner {
   public:
     Runner(const Composition<Pack> &composition, const BatchInput &input, const BatchOutput &output, bool smoothed)
         : c(composition), in(input), out(output), smoothing(smoothed), step(c), combine(c), state(c), rows(in, c.declared.axes()),
-          x(out.x, c.reported.n), P(out.P, c.reported.n, true), mu(out.mode_probability, c.count),
-          likelihood(out.log_likelihood_scan, 1), nis(out.nis, 1), dof(out.nis_dof, 1), pit(out.pit, in.columns) {}
+          total_rows(in.offsets[in.tracks]), x(out.x, total_rows, c.reported.n), P(out.P, total_rows, c.reported.n, true),
+          mu(out.mode_probability, total_rows, c.count), likelihood(out.log_likelihood_scan, total_rows, 1), nis(out.nis, total_rows, 1),
+          dof(out.nis_dof, total_rows, 1), pit(out.pit, total_rows, in.columns) {}
 
     void run(const std::int64_t *tracks, int used) {
-        std::int64_t first[lanes], length[lanes], longest = 0;
+        std::int64_t longest = 0;
+        auto &[first, length] = rows.span;
         for (int l = 0; l < lanes; ++l) {
             const std::int64_t b = tracks[std::min(l, used - 1)];
             first[l] = in.offsets[b];
             length[l] = l < used ? in.offsets[b + 1] - in.offsets[b] : 0;
             longest = std::max(longest, length[l]);
         }
-        rows.take(first, length);
         state.reset(c);
         if (in.prior_x) begin_at_prior(tracks, used, length);
         total = splat<Pack>(0.0);
@@ -155,6 +166,7 @@ class Runner {
     Combine<Pack> combine;
     TrackState<Pack> state;
     Rows rows;
+    std::int64_t total_rows;
     Column x, P, mu, likelihood, nis, dof, pit;
     std::vector<Record<Pack>> records;
     Pack total, xs[largest_state], Ps[packed_size(largest_state)];
@@ -177,18 +189,19 @@ class Runner {
             const Outcome<Pack> o = step.step(state, scan, detail);
             total = total + select<Pack>(scan.active, o.log_likelihood, splat<Pack>(0.0));
             const Mask<Pack> scored = o.measured & state.started & inverse(o.initialised);
-            if (likelihood.wanted()) likelihood.put(k, 0, o.log_likelihood);
-            if (nis.wanted()) nis.put(k, 0, select<Pack>(scored, o.nis, nan_of<Pack>()));
-            if (dof.wanted()) dof.put(k, 0, select<Pack>(scored, o.dof, splat<Pack>(0.0)));
+            if (likelihood.wanted()) likelihood.put(k, &o.log_likelihood, scan.active);
+            if (nis.wanted()) nis.put(k, &o.nis, scored);
+            const Pack freedom = select<Pack>(scored, o.dof, splat<Pack>(0.0));
+            if (dof.wanted()) dof.put(k, &freedom, scan.active);
             if (pit.wanted()) pit.put(k, o.pit, scored);
             if (out.status)
                 for (int l = 0; l < lanes; ++l)
-                    if (from + k < rows.count[l]) out.status[rows.start[l] + from + k] = static_cast<unsigned char>(status_of(state, o, l));
+                    if (from + k < rows.span.count[l]) out.status[rows.span.start[l] + from + k] = static_cast<unsigned char>(status_of(state, o, l));
             if (smoothing) record(step, state, scan, o, before, records[from + k]);
             else estimate(k, state.arena.data(), state.probability.data(), state.started);
         }
         if (!smoothing) scatter_estimates(from, scans);
-        for (const Column *column : {&likelihood, &nis, &dof, &pit}) column->scatter(rows, from, scans);
+        for (const Column *column : {&likelihood, &nis, &dof, &pit}) column->scatter(rows.span, from, scans);
     }
 
     void estimate(int k, const Pack *arena, const Pack *probability, Mask<Pack> started) {
@@ -201,7 +214,7 @@ class Runner {
     }
 
     void scatter_estimates(std::int64_t from, int scans) {
-        for (const Column *column : {&x, &P, &mu}) column->scatter(rows, from, scans);
+        for (const Column *column : {&x, &P, &mu}) column->scatter(rows.span, from, scans);
     }
 
     void backward(std::int64_t longest) {

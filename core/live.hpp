@@ -43,6 +43,8 @@ template <class T> class Live {
         const int columns = c->declared.columns(), axes = c->declared.axes();
         Scan<T> scan;
         T input[3];
+        std::int32_t which[width<T>];
+        bool differ = false;
         const int terms = !rows.noise ? 0 : rows.full_noise ? columns * columns : columns;
         scan.own_noise = terms > 0, scan.own_full = rows.full_noise;
         scan.input = rows.input ? input : nullptr;
@@ -52,8 +54,8 @@ template <class T> class Live {
             const int row = live ? at : n - 1;
             set_lane(scan.time, l, rows.time[rows.one_time ? 0 : row]);
             set_lane(scan.active, l, live);
-            scan.sensor[l] = rows.sensor ? rows.sensor[row] : rows.one_sensor;
-            scan.mixed_sensors = scan.mixed_sensors || scan.sensor[l] != scan.sensor[0];
+            which[l] = rows.sensor ? rows.sensor[row] : rows.one_sensor;
+            differ = differ || which[l] != which[0];
             for (int r = 0; r < columns; ++r) set_lane(scan.z[r], l, live ? rows.z[row * columns + r] : NAN);
             for (int k = 0; k < terms; ++k) {
                 if (!rows.full_noise) set_lane(scan.R[k], l, rows.noise[row * columns + k]);
@@ -61,6 +63,8 @@ template <class T> class Live {
             }
             for (int a = 0; a < axes && rows.input; ++a) set_lane(input[a], l, rows.input[row * axes + a]);
         }
+        scan.one_sensor = which[0];
+        if (differ) scan.sensor = which;
         const T before = s.time;
         out.outcome = step.step(s, scan, detail);
         if (lag > 0) {

@@ -17,6 +17,10 @@
 #define JINK_LEVEL baseline
 #endif
 
+#if defined(__AVX__)
+#include <immintrin.h>
+#endif
+
 #define JINK_INLINE inline __attribute__((always_inline))
 #define JINK_UNROLL _Pragma("GCC unroll 16")
 
@@ -82,6 +86,17 @@ template <class T> JINK_INLINE T load(const double *from) {
 }
 template <class T> JINK_INLINE void store(double *to, T value) { std::memcpy(to, &value, sizeof(T)); }
 
+// A store past the caches, for results too large to stay there; `to` must be aligned to the pack.
+JINK_INLINE void store_past(double *to, Pack value) {
+#if defined(__AVX512F__) && JINK_LANES == 8
+    _mm512_stream_pd(to, (__m512d)value);
+#elif defined(__AVX__) && JINK_LANES == 4
+    _mm256_stream_pd(to, (__m256d)value);
+#else
+    store(to, value);
+#endif
+}
+
 template <class T> JINK_INLINE Mask<T> is_nan(T x) { return x != x; }
 template <class T> JINK_INLINE T nan_of() { return splat<T>(std::numeric_limits<double>::quiet_NaN()); }
 template <class T> JINK_INLINE T larger(T a, T b) { return select<T>(a > b, a, b); }
@@ -93,6 +108,31 @@ JINK_INLINE Pack square_root(Pack x) {
     JINK_UNROLL
     for (int l = 0; l < lanes; ++l) root[l] = __builtin_sqrt(x[l]);
     return root;
+}
+
+// 1 / x and 1 / sqrt(x) of positive finite numbers: with AVX-512 an estimate of 14 bits and two Newton steps (an ulp or two)
+// instead of the divider, which is a tenth as fast.
+template <class T> JINK_INLINE T reciprocal(T x) {
+#if defined(__AVX512F__) && JINK_LANES == 8
+    if constexpr (width<T> == 8) {
+        T y = (T)_mm512_rcp14_pd((__m512d)x);
+        y = y + y * (1.0 - x * y);
+        return y + y * (1.0 - x * y);
+    }
+#endif
+    return 1.0 / x;
+}
+
+template <class T> JINK_INLINE T reciprocal_root(T x) {
+#if defined(__AVX512F__) && JINK_LANES == 8
+    if constexpr (width<T> == 8) {
+        T y = (T)_mm512_rsqrt14_pd((__m512d)x);
+        const T half = 0.5 * x;
+        y = y + y * (0.5 - half * y * y);
+        return y + y * (0.5 - half * y * y);
+    }
+#endif
+    return 1.0 / square_root(x);
 }
 
 template <class T> JINK_INLINE Bits<T> to_bits(T x) {

@@ -27,16 +27,16 @@ void record(const Step<T> &step, const TrackState<T> &s, const Scan<T> &scan, co
     const Mask<T> begun = (o.initialised & (s.first_time == s.time)) | o.restarted;
     r.linked = scan.active & s.started & inverse(begun);
     r.used = scan.active & inverse(o.gated);
-    r.sensor = scan.mixed_sensors ? 0 : scan.sensor[0];
+    r.sensor = scan.sensor ? 0 : scan.one_sensor;
     r.others.clear();
     if (c.count == 1) return;
     const auto lanes_of = [&](int sensor) {
-        Mask<T> mine = splat_mask<T>(!scan.mixed_sensors);
-        for (int l = 0; l < width<T> && scan.mixed_sensors; ++l) set_lane(mine, l, scan.sensor[l] == sensor);
+        Mask<T> mine = splat_mask<T>(!scan.sensor);
+        for (int l = 0; l < width<T> && scan.sensor; ++l) set_lane(mine, l, scan.sensor[l] == sensor);
         return mine & r.used;
     };
     step.measure(scan, c.sensors[r.sensor], lanes_of(r.sensor), r.measurement);
-    for (int sensor = 1; sensor < int(c.sensors.size()) && scan.mixed_sensors; ++sensor) {
+    for (int sensor = 1; sensor < int(c.sensors.size()) && scan.sensor; ++sensor) {
         r.others.emplace_back();
         step.measure(scan, c.sensors[sensor], lanes_of(sensor), r.others.back());
     }

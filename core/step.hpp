@@ -44,8 +44,8 @@ template <class T> struct Scan {
     Mask<T> active;
     T z[largest_measurement], R[packed_size(largest_measurement)];
     bool own_noise = false, own_full = false;  // R given with the row: variances, or packed covariance
-    int sensor[width<T>] = {};                 // of each lane
-    bool mixed_sensors = false;                // lanes differ
+    int one_sensor = 0;                        // of all lanes,
+    const std::int32_t *sensor = nullptr;      // or of each, where they differ
     const T *input = nullptr;                  // known acceleration per axis
 };
 
@@ -70,7 +70,7 @@ template <class T> class Step {
     explicit Step(const Composition<T> &composition) : c(composition) {
         const int m = c.count;
         predicted.resize(c.arena_size);
-        pi.resize(m * m), weights.resize(m * m), prior.resize(m), score.resize(m), log_prior.resize(m);
+        pi.resize(m * m), weights.resize(m * m), prior.resize(m), log_prior.resize(m);
         coefficients.resize(m * largest_coefficients);
         innovations.resize(m);
         last_dt = nan_of<T>();
@@ -108,7 +108,7 @@ template <class T> class Step {
         }
         for (int j = 0; j < m; ++j) {
             const Mode<T> &mode = c.modes[j];
-            const T over = 1.0 / prior[j];
+            const T over = reciprocal(prior[j]);
             for (int i = 0; i < m; ++i) weights[j * m + i] = weights[j * m + i] * over;
             T *at = &predicted[mode.place];
             mode.mix(s.arena.data(), mode.sources.data(), &weights[j * m], m, at);
@@ -129,10 +129,11 @@ template <class T> class Step {
         propagate(s, dt, scan.input);
         s.time = select<T>(scan.active, scan.time, s.time);
         Measurement<T> m;
-        if (!scan.mixed_sensors) {
-            measure(scan, c.sensors[scan.sensor[0]], splat_mask<T>(true), m);
-            update_modes(s, c.sensors[scan.sensor[0]], m, detail, &predicted);
-            finish(s, scan, c.sensors[scan.sensor[0]], m, detail, out);
+        if (!scan.sensor) {
+            const Sensor<T> &sensor = c.sensors[scan.one_sensor];
+            measure(scan, sensor, splat_mask<T>(true), m);
+            update_modes(s, sensor, m, detail);
+            finish(s, scan, sensor, m, detail, out);
         } else {
             several(s, scan, detail, out);
         }
@@ -156,11 +157,11 @@ template <class T> class Step {
     }
 
   private:
-    std::vector<T> pi, weights, score, log_prior, coefficients;
+    std::vector<T> pi, weights, log_prior, coefficients;
     std::vector<Innovation<T>> innovations;
     T last_dt;
 
-    void update_modes(TrackState<T> &s, const Sensor<T> &sensor, const Measurement<T> &m, int detail, const std::vector<T> *from) {
+    void update_modes(TrackState<T> &s, const Sensor<T> &sensor, const Measurement<T> &m, int detail) {
         const SensorSpec spec = seen(sensor);
         for (int j = 0; j < c.count; ++j) {
             const Mode<T> &mode = c.modes[j];
@@ -168,7 +169,7 @@ template <class T> class Step {
             UpdateKernel<T> kernel = k.general;
             if (spec.linear() && !m.full) kernel = spec.kind == SensorKind::position ? k.position : k.position_velocity;
             else if (!spec.linear() && c.declared.unscented) kernel = k.unscented;
-            kernel(spec, m, &(*from)[mode.place], &s.arena[mode.place], innovations[j], detail != plain);
+            kernel(spec, m, &predicted[mode.place], &s.arena[mode.place], innovations[j], detail != plain);
         }
     }
 
@@ -184,7 +185,7 @@ template <class T> class Step {
             Outcome<T> part;
             Measurement<T> m;
             measure(scan, c.sensors[sensor], mine, m);
-            update_modes(trial, c.sensors[sensor], m, detail, &predicted);
+            update_modes(trial, c.sensors[sensor], m, detail);
             finish(trial, scan, c.sensors[sensor], m, detail, part);
             merge(mine, trial, part, after, out);
         }
@@ -234,16 +235,18 @@ template <class T> class Step {
         if (n == 1) {
             out.log_likelihood = -0.5 * (innovations[0].nis + logarithm<T>(innovations[0].det) + log_two_pi * dof);
         } else {
-            T most = splat<T>(-std::numeric_limits<double>::infinity());
-            for (int j = 0; j < n; ++j) {
-                score[j] = 0.5 * (logarithm<T>(prior[j] * prior[j] / innovations[j].det) - innovations[j].nis);
-                most = larger<T>(score[j], most);
-            }
+            // c_j N_j / max over exp(-nis/2) of the best fitting mode, which cannot all underflow
+            T least = innovations[0].nis;
+            for (int j = 1; j < n; ++j) least = smaller<T>(innovations[j].nis, least);
             T sum = splat<T>(0.0);
-            for (int j = 0; j < n; ++j) s.probability[j] = exponential<T>(score[j] - most), sum = sum + s.probability[j];
-            const T over = 1.0 / sum;
+            for (int j = 0; j < n; ++j) {
+                const Innovation<T> &v = innovations[j];
+                s.probability[j] = prior[j] * reciprocal_root(v.det) * exponential<T>(0.5 * (least - v.nis));
+                sum = sum + s.probability[j];
+            }
+            const T over = reciprocal(sum);
             for (int j = 0; j < n; ++j) s.probability[j] = s.probability[j] * over;
-            out.log_likelihood = most + logarithm<T>(sum) - 0.5 * log_two_pi * dof;
+            out.log_likelihood = logarithm<T>(sum) - 0.5 * (least + log_two_pi * dof);
         }
         out.log_likelihood = select<T>(out.measured, out.log_likelihood, splat<T>(0.0));
     }

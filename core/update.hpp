@@ -56,7 +56,7 @@ void update_direct(const SensorSpec &spec, const Measurement<T> &m, const T *in,
     for (int r = 0; r < rows; ++r) {
         const int p = (r % A) * B + r / A;
         const T S = P[packed(p, p)] + m.R[r];
-        const T inverse_S = 1.0 / S;
+        const T inverse_S = reciprocal(S);
         const T e = select<T>(m.present[r], m.z[r] - x[p], zero);
         const T gain = select<T>(m.present[r], inverse_S, zero);
         const T kept = select<T>(m.present[r], m.R[r] * inverse_S, one);
@@ -145,7 +145,7 @@ void update_rows(int rows, const Mask<T> *present, T *y, T *H, T *R, bool full, 
         }
         JINK_UNROLL
         for (int k = 0; k < N; ++k) S = S + h[k] * c[k], e = e - h[k] * moved[k];
-        const T inverse_S = 1.0 / S;
+        const T inverse_S = reciprocal(S);
         const T gain = select<T>(present[r], inverse_S, zero), scaled = gain * e;
         nis = nis + scaled * e;
         det = det * select<T>(present[r], S * scale[r] * scale[r], one);

@@ -90,16 +90,18 @@ class Bank:
         initial: Prior | None = None,
         threads: int | None = None,
         outputs: Sequence[str] | None = None,
+        out: Estimate | None = None,
     ) -> Estimate:
         """Filter one track, or many laid end to end.
 
         time (N,) seconds or dates, not decreasing within a track; z (N, m), NaN or None where missing; offsets (B + 1,), track b
         owning rows offsets[b] to offsets[b+1]; sensor (N,) index of each row's sensor; covariance (N, m, m), or (N, m) variances,
         of each row instead of the sensor's; input (N, axes) known acceleration (m/s²) since the row before; initial a
-        :class:`jink.Prior` instead of the filter's own start; threads defaults to all cores; outputs names what to return.
+        :class:`jink.Prior` instead of the filter's own start; threads defaults to all cores; outputs names what to return; out is an
+        estimate of the same shapes to write into, which saves the system's clearing of new memory when filtering again and again.
         Errors: ValueError or TypeError naming the argument, and the row where there is one.
         """
-        return self._run(time, z, offsets, sensor, covariance, input, initial, threads, outputs, smooth=False)
+        return self._run(time, z, offsets, sensor, covariance, input, initial, threads, outputs, out, smooth=False)
 
     def smooth(
         self,
@@ -113,12 +115,13 @@ class Bank:
         initial: Prior | None = None,
         threads: int | None = None,
         outputs: Sequence[str] | None = None,
+        out: Estimate | None = None,
     ) -> Estimate:
         """The same with every row's estimate given the whole track: x, P and mode_probability are smoothed.
 
         log_likelihood, nis, pit and status are the filter's. Method: :mod:`jink.smoothing`.
         """
-        return self._run(time, z, offsets, sensor, covariance, input, initial, threads, outputs, smooth=True)
+        return self._run(time, z, offsets, sensor, covariance, input, initial, threads, outputs, out, smooth=True)
 
     def start(self, n: int | None = None, *, lag: int = 0, state: bytes | None = None, outputs: Sequence[str] | None = None) -> Any:
         """Track live: one target, or n at once.
@@ -158,6 +161,7 @@ class Bank:
         initial: Prior | None,
         threads: int | None,
         outputs: Sequence[str] | None,
+        out: Estimate | None,
         *,
         smooth: bool,
     ) -> Estimate:
@@ -173,7 +177,7 @@ class Bank:
         known = None if input is None else _array("input", input, (n, self.axes))
         prior = initial if initial is not None else self.initial if isinstance(self.initial, Prior) else None
         prior_x, prior_P = self._prior(prior, len(bounds) - 1) if prior is not None else (None, None)
-        results, slots, status = self._allocate(outputs, n, len(bounds) - 1, columns)
+        results, slots, status = self._allocate(outputs, out, n, len(bounds) - 1, columns)
         self._engine.run(
             times, rows, columns, bounds, which, noise, noise is not None and noise.ndim == 3, known, prior_x, prior_P,
             slots, status, smooth, _threads(threads),
@@ -185,7 +189,7 @@ class Bank:
         return max(s.native()[2] for s in self.sensors)
 
     def _allocate(
-        self, outputs: Sequence[str] | None, n: int, tracks: int, columns: int
+        self, outputs: Sequence[str] | None, out: Estimate | None, n: int, tracks: int, columns: int
     ) -> tuple[dict[str, NDArray[Any]], list[Array | None], NDArray[np.uint8] | None]:
         wanted = DEFAULT_OUTPUTS if outputs is None else tuple(outputs)
         unknown = [name for name in wanted if name not in OUTPUTS]
@@ -196,8 +200,15 @@ class Bank:
             "x": (n, k), "P": (n, k, k), "mode_probability": (n, m), "log_likelihood": (tracks,), "log_likelihood_scan": (n,),
             "nis": (n,), "nis_dof": (n,), "pit": (n, columns),
         }  # fmt: skip
-        results: dict[str, NDArray[Any]] = {name: np.empty(shapes[name]) for name in wanted if name != "status"}
-        status = np.zeros(n, dtype=np.uint8) if "status" in wanted else None
+        old = out.results if out is not None else {}
+        shapes["status"] = (n,)
+        for name in wanted if out is not None else ():
+            if name not in old or old[name].shape != shapes[name]:
+                raise ValueError(f"out: expected an estimate with {name} of shape {shapes[name]}")
+        results: dict[str, NDArray[Any]] = {
+            name: old[name] if name in old else _aligned(shapes[name]) for name in wanted if name != "status"
+        }
+        status = old.get("status", np.empty(n, dtype=np.uint8)) if "status" in wanted else None
         slots: list[Array | None] = [results.get(name) for name in OUTPUTS[:-1]]
         if status is not None:
             results["status"] = status
@@ -294,6 +305,14 @@ def _row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | No
         except np.linalg.LinAlgError:
             raise ValueError("covariance: some rows are not positive definite") from None
     return R
+
+
+def _aligned(shape: tuple[int, ...]) -> Array:
+    """Empty memory on a cache line's boundary, where results can be written past the caches."""
+    size = int(np.prod(shape))
+    raw = np.empty(size + 8)
+    start = (-raw.ctypes.data // 8) % 8
+    return raw[start : start + size].reshape(shape)
 
 
 def _array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
