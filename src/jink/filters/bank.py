@@ -47,9 +47,7 @@ class Bank:
         if not isinstance(self.initial, TwoPoint | OnePoint | Prior):
             raise TypeError(f"initial: expected jink.TwoPoint, OnePoint or Prior, got {type(self.initial).__name__}")
         start = 1000.0 if isinstance(self.initial, Prior) else positive("initial.velocity_sd", self.initial.velocity_sd)
-        self._native_args = (
-            [m.native(axes) for m in self.motions],
-            [s.native(self.outliers) for s in self.sensors],
+        rules = (
             continuous,
             matrix.ravel().tolist(),
             _probabilities(mode_probability, modes, continuous, matrix).tolist(),
@@ -61,17 +59,28 @@ class Bank:
             isinstance(self.initial, OnePoint),
             start * start,
         )
-        self._engine = _engine.Engine(*self._native_args)
+        if all(hasattr(part, "native") for part in (*self.motions, *self.sensors)):
+            modes_native = [m.native(axes) for m in self.motions]
+            self._engine = _engine.Engine(modes_native, [s.native(self.outliers) for s in self.sensors], *rules)
+        else:
+            from .stepwise import Stepwise
+
+            given_prior = isinstance(self.initial, Prior)
+            self._engine = Stepwise(self.motions, self.sensors, axes, self.outliers, given_prior, *rules)
 
     @property
     def axes(self) -> int:
-        """How many axes the target moves in, by the sensors."""
-        return int(self.sensors[0].axes or 2)
+        """How many axes the target moves in: by the sensors, else by the positions a model of your own names, else 2."""
+        for sensor in self.sensors:
+            if getattr(sensor, "axes", None):
+                return int(sensor.axes or 2)
+        named = [set(getattr(m, "components", ())) & {"px", "py", "pz"} for m in self.motions]
+        return max(map(len, named)) or 2
 
     @property
     def components(self) -> tuple[str, ...]:
-        """What the columns of x are: px, vx, (ax), ... then turn_rate."""
-        return component_names(self.motions, self.axes)
+        """What the columns of x are: px, vx, (ax), ... then turn_rate, then those of your own names."""
+        return getattr(self._engine, "components", None) or component_names(self.motions, self.axes)
 
     @property
     def modes(self) -> tuple[str, ...]:
@@ -186,7 +195,7 @@ class Bank:
 
     @property
     def _columns(self) -> int:
-        return max(s.native()[2] for s in self.sensors)
+        return getattr(self._engine, "columns", 0) or max(s.native()[2] for s in self.sensors)
 
     def _allocate(
         self, outputs: Sequence[str] | None, out: Estimate | None, n: int, tracks: int, columns: int
@@ -250,10 +259,11 @@ def as_sensors(sensor: Sensor | Sequence[Sensor]) -> tuple[Sensor, ...]:
     if not sensors:
         raise ValueError("sensor: expected at least one")
     for s in sensors:
-        if not hasattr(s, "native"):
+        if not hasattr(s, "native") and not callable(getattr(s, "h", None)):
             raise TypeError(f"sensor: expected one of jink's sensors or one with h(x), got {type(s).__name__}")
-    if len({s.axes for s in sensors}) > 1:
-        raise ValueError(f"sensor: all must have the same axes, got {', '.join(str(s.axes) for s in sensors)}")
+    axes = [str(s.axes) for s in sensors if getattr(s, "axes", None)]
+    if len(set(axes)) > 1:
+        raise ValueError(f"sensor: all must have the same axes, got {', '.join(axes)}")
     return sensors
 
 

@@ -1,0 +1,269 @@
+"""Sensors as the stepwise filters see them: a residual and a linearisation over a batch of tracks."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import log
+from typing import Any, Protocol
+
+import numpy as np
+
+from .. import _engine
+from ..arguments import covariance, positive
+from ..noise import Outliers
+from .own_components import Seen, union
+from .own_functions import Array, call, checked, jacobian_by_differences, regression
+from .own_modes import Mode
+
+
+@dataclass
+class Fix:
+    """Positions to start tracks from: which rows have one, which a velocity too; p, v (B, axes) and covariances P, V."""
+
+    position: Array
+    velocity: Array
+    p: Array
+    v: Array
+    P: Array
+    V: Array
+
+    def take(self, rows: Any) -> "Fix":
+        """Some rows."""
+        return Fix(*(a[rows] for a in (self.position, self.velocity, self.p, self.v, self.P, self.V)))
+
+
+class Look(Protocol):
+    """What a sensor of jink and one of the user's own have in common; h and its Jacobian are of states in ``state``."""
+
+    owner: str
+    rows: int
+    R: Array
+    log_extent: Array
+    state: tuple[str, ...]
+    needs: tuple[str, ...]
+    linear: bool
+    starts: bool
+
+    def h(self, X: Array) -> Array:
+        """What is measured of states X (B, k)."""
+        ...
+
+    def jacobian(self, X: Array) -> Array | None:
+        """dh/dX (B, m, k), or None if there is none."""
+        ...
+
+    def residual(self, z: Array, h: Array) -> Array:
+        """z − h, angles to the nearest turn."""
+        ...
+
+    def convert(self, z: Array, R: Array, present: Array) -> tuple[Array, Array, Array]:
+        """The measurement as h sees it."""
+        ...
+
+    def fix(self, z: Array, R: Array, present: Array) -> Fix:
+        """The position a track may start from."""
+        ...
+
+
+class LibrarySensor:
+    """One of jink's sensors, run by the engine."""
+
+    def __init__(self, sensor: Any, outliers: Outliers | None) -> None:
+        self.owner = type(sensor).__name__
+        (
+            kind,
+            self.axes,
+            self.rows,
+            vertical,
+            range_rate,
+            north,
+            correlated,
+            converted,
+            site,
+            noise,
+            extent,
+        ) = sensor.native(outliers)
+        self._native = (
+            kind,
+            self.axes,
+            self.rows,
+            vertical,
+            range_rate,
+            north,
+            correlated,
+            converted,
+            site,
+            noise,
+            extent,
+        )
+        self._converted = converted
+        self._seen = (
+            (0, self.axes, self.axes, 0, False, north, False, False, site, [], [])
+            if converted
+            else self._native
+        )
+        self.state = tuple(f"{c}{axis}" for axis in "xyz"[: self.axes] for c in "pv")
+        self.needs = self.state if range_rate or kind == 1 else self.state[::2]
+        self.linear = kind in (0, 1) or converted
+        self.starts = kind in (0, 1) or (kind == 3 and (self.axes == 2 or vertical > 0))
+        self.R = np.zeros((self.rows, self.rows))
+        if correlated:
+            for k, (r, q) in enumerate((r, q) for r in range(self.rows) for q in range(r + 1)):
+                self.R[r, q] = self.R[q, r] = noise[k]
+        else:
+            np.fill_diagonal(self.R, noise)
+        self.log_extent = np.array(extent)
+        angles = {"azimuth", "elevation"} if not converted else set()
+        self._angles = [r for r, name in enumerate(sensor.components) if name in angles]
+
+    def h(self, X: Array) -> Array:
+        """As :class:`Look`."""
+        return _engine.native.observe_sensor(self._seen, X)[0]
+
+    def jacobian(self, X: Array) -> Array:
+        """As :class:`Look`."""
+        return _engine.native.observe_sensor(self._seen, X)[1]
+
+    def residual(self, z: Array, h: Array) -> Array:
+        """As :class:`Look`."""
+        y = z - h
+        for r in self._angles:
+            y[:, r] -= 2 * np.pi * np.rint(y[:, r] / (2 * np.pi))
+        return y
+
+    def convert(self, z: Array, R: Array, present: Array) -> tuple[Array, Array, Array]:
+        """As :class:`Look`."""
+        if not self._converted:
+            return z, R, present
+        fix = self.fix(z, R, present)
+        return fix.p, fix.P, np.tile(fix.position[:, None], (1, self.axes))
+
+    def fix(self, z: Array, R: Array, present: Array) -> Fix:
+        """As :class:`Look`."""
+        position, velocity, *rest = _engine.native.position_of(self._native, z, R, present)
+        return Fix(position > 0, velocity > 0, *rest)
+
+
+class OwnSensor:
+    """A sensor of the user's own: h(x), R, optionally rows, jacobian(x), residual(z, h), state, extent.
+
+    It cannot start a track by itself: that takes a :class:`jink.Prior` or another sensor.
+    """
+
+    linear = False
+    starts = False
+
+    def __init__(self, sensor: Any, modes: Sequence[Mode], outliers: Outliers | None) -> None:
+        self.owner, self._sensor = type(sensor).__name__, sensor
+        R = np.asarray(getattr(sensor, "R", None), dtype=float)
+        if R.ndim not in (1, 2):
+            raise ValueError(
+                f"{self.owner}.R: expected (m,) variances or an (m, m) covariance, got {getattr(sensor, 'R', None)!r}"
+            )
+        self.rows = int(getattr(sensor, "rows", len(R)))
+        self.R = covariance(f"{self.owner}.R", R if R.ndim == 2 else np.diag(R), self.rows)
+        self.state = self.needs = self._state(modes)
+        self.log_extent = self._extent(outliers)
+        self.h_name = f"{self.owner}.h"
+
+    def _state(self, modes: Sequence[Mode]) -> tuple[str, ...]:
+        given = getattr(self._sensor, "state", None)
+        if given is not None:
+            return tuple(given)
+        if len({mode.components for mode in modes}) > 1:
+            raise ValueError(
+                f"{self.owner}: the modes have different states ({', '.join(union(modes))} together); say what h(x) is a "
+                'function of with an attribute state, such as ("px", "vx", "py", "vy")'
+            )
+        return modes[0].components
+
+    def _extent(self, outliers: Outliers | None) -> Array:
+        if outliers is None:
+            return np.zeros(self.rows)
+        extent = getattr(self._sensor, "extent", outliers.extent)
+        if np.shape(extent) != (self.rows,):
+            raise ValueError(
+                f"{self.owner}.extent: with outliers expected {self.rows} numbers, how far each component may lie"
+            )
+        return np.array([log(positive(f"{self.owner}.extent", e)) for e in extent])
+
+    def h(self, X: Array) -> Array:
+        """As :class:`Look`."""
+        value = call(self.h_name, self._sensor.h, X)
+        if self.rows == 1 and np.shape(value) == (len(X),):
+            value = np.asarray(value)[:, None]
+        return checked(self.h_name, value, (len(X), self.rows), f"x {X.shape}")
+
+    def jacobian(self, X: Array) -> Array | None:
+        """As :class:`Look`."""
+        function = getattr(self._sensor, "jacobian", None)
+        if function is None:
+            return None
+        name, shape = f"{self.owner}.jacobian", (len(X), self.rows, X.shape[1])
+        value = np.asarray(call(name, function, X), dtype=float)
+        return checked(
+            name, np.broadcast_to(value, shape) if value.shape == shape[1:] else value, shape, f"x {X.shape}"
+        )
+
+    def residual(self, z: Array, h: Array) -> Array:
+        """As :class:`Look`."""
+        function = getattr(self._sensor, "residual", None)
+        if function is None:
+            return z - h
+        name = f"{self.owner}.residual"
+        return checked(name, call(name, function, z, h), z.shape, f"z and h {z.shape}")
+
+    def convert(self, z: Array, R: Array, present: Array) -> tuple[Array, Array, Array]:
+        """As :class:`Look`."""
+        return z, R, present
+
+    def fix(self, z: Array, R: Array, present: Array) -> Fix:
+        """As :class:`Look`: never one."""
+        none, empty = np.zeros(len(z), dtype=bool), np.zeros((len(z), 1))
+        return Fix(none, none, empty, empty, empty[:, :, None], empty[:, :, None])
+
+
+class View:
+    """One mode as one sensor sees it."""
+
+    def __init__(self, look: Look, mode: Mode, unscented: bool) -> None:
+        self._look, self._unscented = look, unscented and not look.linear
+        self._seen = Seen(mode, look.state)
+        for k in self._seen.unknown:
+            if look.state[k] in look.needs:
+                raise ValueError(
+                    f"{look.owner}: measures by {look.state[k]}, which {mode.owner} ({', '.join(mode.components)}) lacks"
+                )
+
+    def linearise(
+        self, x: Array, P: Array, z: Array, present: Array, unscented: bool = True
+    ) -> tuple[Array, Array, Array]:
+        """Residual y (B, m), H (B, m, n) and what is to be added to R (B, m, m); zero where nothing is present."""
+        tracks, n = x.shape
+        rows = np.flatnonzero(present.any(axis=1))
+        y, H = np.zeros(z.shape), np.zeros((tracks, z.shape[1], n))
+        added = np.zeros((tracks, z.shape[1], z.shape[1]))
+        if len(rows):
+            some = slice(None) if len(rows) == tracks else rows
+            y[some], H[some], added[some] = self._linearise(
+                x[some], P[some], z[some], present[some], self._unscented and unscented
+            )
+        return y, H, added
+
+    def _linearise(
+        self, x: Array, P: Array, z: Array, present: Array, unscented: bool
+    ) -> tuple[Array, Array, Array | float]:
+        X, J = (x, None) if self._seen.same else self._seen(x)
+        h = self._look.h(X)
+        y = self._look.residual(np.where(present, z, h), h)
+
+        def away(points: Array) -> Array:
+            values = self._look.h(points if self._seen.same else self._seen(points)[0])
+            return self._look.residual(values, np.tile(h, (len(points) // len(h), 1)))
+
+        if unscented:
+            mean, H, added = regression(away, x, P)
+            return y - mean, H, added
+        H = self._look.jacobian(X)
+        if H is None:
+            return y, jacobian_by_differences(away, x, P), 0.0
+        return y, H if J is None else H @ J, 0.0

@@ -1,0 +1,98 @@
+"""Whole tracks through a stepwise filter: scan by scan over all tracks that are long enough."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .own_functions import Array, at_scan
+from .stepwise_smoothing import backward
+from .stepwise_states import Outcome, Record, States
+
+if TYPE_CHECKING:
+    from .stepwise import Stepwise
+
+SLOTS = ("x", "P", "mode_probability", "log_likelihood", "log_likelihood_scan", "nis", "nis_dof", "pit")
+
+
+def run(
+    engine: "Stepwise", time: Array, z: Array, columns: int, offsets: Array, sensor: Array | None, noise: Array | None,
+    full_noise: bool, input: Array | None, prior_x: Array | None, prior_P: Array | None, slots: list[Array | None],
+    status: Array | None, smooth: bool, threads: int,
+) -> None:  # fmt: skip
+    """As the engine's run; results go into the slots, one thread."""
+    if prior_x is None:
+        engine.check_start()
+    to = {name: slot for name, slot in zip(SLOTS, slots, strict=True) if slot is not None}
+    engine.with_pit = "pit" in to
+    which = sensor if sensor is not None else np.zeros(len(time), dtype=np.int32)
+    order, first, active = _by_length(offsets)
+    s = engine.new(len(order))
+    if prior_x is not None and prior_P is not None:
+        some = np.arange(active[0] if len(active) else 0)
+        engine.start.from_prior(
+            s, some, prior_x[order[some]], prior_P[order[some]], time[first[some]], engine.components
+        )
+    records: list[Record] = []
+    total = np.zeros(len(order))
+    for k, count in enumerate(active):
+        rows = first[:count] + k
+        part = s.take(slice(0, count))
+        before = part.time.copy()
+        R, u = (None if a is None else a[rows] for a in (noise, input))
+        with at_scan(k):
+            out = engine.step(part, time[rows], z[rows], which[rows], R, u)
+        s.put(slice(0, count), part)
+        total[:count] += out.log_likelihood
+        _scatter(to, status, rows, part, out)
+        if smooth:
+            records.append(engine.record(part, before, out, z[rows], which[rows], R, u))
+        else:
+            estimate(engine, to, rows, part.x, part.P, part.probability, part.started)
+    if "log_likelihood" in to:
+        to["log_likelihood"][order] = total
+    for k, *smoothed in backward(engine, records):
+        estimate(engine, to, first[: active[k]] + k, *smoothed, records[k].started)
+
+
+def _by_length(offsets: Array) -> tuple[Array, Array, Array]:
+    """Tracks from the longest to the shortest, their first rows in that order, and how many have a k-th row."""
+    lengths = np.diff(offsets)
+    order = np.argsort(-lengths, kind="stable")
+    longest = int(lengths.max(initial=0))
+    shorter = np.searchsorted(np.sort(lengths), np.arange(longest), side="right")
+    return order, offsets[:-1][order], len(lengths) - shorter
+
+
+def _scatter(to: dict[str, Array], status: Array | None, rows: Array, s: States, out: Outcome) -> None:
+    scored = out.measured & s.started & ~out.initialised
+    values = {
+        "log_likelihood_scan": out.log_likelihood,
+        "nis": np.where(scored, out.nis, np.nan),
+        "nis_dof": np.where(scored, out.dof, 0.0),
+        "pit": np.where(scored[:, None], out.pit, np.nan),
+    }
+    for name, value in values.items():
+        if name in to:
+            to[name][rows] = value
+    if status is not None:
+        status[rows] = out.status(s.started)
+
+
+def estimate(
+    engine: "Stepwise",
+    to: dict[str, Any],
+    rows: Any,
+    x: list[Array],
+    P: list[Array],
+    probability: Array,
+    started: Array,
+) -> None:
+    """Write the estimates that are asked for; NaN where a track has not started."""
+    if "x" in to or "P" in to:
+        mean, C = engine.combine(x, P, probability)
+        if "x" in to:
+            to["x"][rows] = np.where(started[:, None], mean, np.nan)
+        if "P" in to:
+            to["P"][rows] = np.where(started[:, None, None], C, np.nan)
+    if "mode_probability" in to:
+        to["mode_probability"][rows] = np.where(started[:, None], probability, np.nan)

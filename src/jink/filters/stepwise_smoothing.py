@@ -1,0 +1,200 @@
+"""Smoothing for the stepwise filters: the methods of core/smooth_one.hpp and core/smooth.hpp, over many tracks at once.
+
+One mode: Rauch, Tung & Striebel, AIAA Journal 3(8), 1965. Several: messages from the future; of each mode j the measurements
+after a scan say log p(Z | x, j) = s + hᵀ(x − xⱼ) − ½ (x − xⱼ)ᵀ J (x − xⱼ), xⱼ the filtered estimate.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .. import _engine
+from .own_functions import Array, at_scan
+from .stepwise_states import Record, Rows
+
+if TYPE_CHECKING:
+    from .stepwise import Stepwise
+
+EPS = float(np.finfo(float).eps)
+LEAST = 1e-200  # of a weight: no pair of modes dies for good
+Smoothed = tuple[int, list[Array], list[Array], Array]
+
+
+@dataclass
+class Messages(Rows):
+    """Of each mode: J (B, n, n), h (B, n), s (B,)."""
+
+    J: list[Array]
+    h: list[Array]
+    s: list[Array]
+
+
+@dataclass
+class Pair:
+    """Mode i before, mode j after: its message, the smoothed estimate and weight of mode i given it."""
+
+    J: Array
+    h: Array
+    x: Array
+    P: Array
+    log_weight: Array
+
+
+def backward(engine: "Stepwise", records: list[Record]) -> Iterator[Smoothed]:
+    """(k, x, P, mode probability) from the last scan to the first; a scan without a follower is as it was filtered."""
+    messages: Messages | None = None
+    after: tuple[Record, list[Array], list[Array]] | None = None
+    for k in reversed(range(len(records))):
+        now = records[k]
+        x, P, probability = [a.copy() for a in now.x], [a.copy() for a in now.P], now.probability.copy()
+        empty = _empty(now)
+        if after is not None:
+            later, xs, Ps = after
+            rows = np.flatnonzero(later.linked)
+            with at_scan(k + 1):
+                if len(rows) and len(x) == 1:
+                    x[0][rows], P[0][rows] = _one(
+                        engine, now.take(rows), later.take(rows), xs[0][rows], Ps[0][rows]
+                    )
+                elif len(rows) and messages is not None:
+                    step = Several(engine, now.take(rows), later.take(rows), messages.take(rows))
+                    for i in range(len(x)):
+                        x[i][rows], P[i][rows] = step.x[i], step.P[i]
+                    probability[rows] = step.probability
+                    empty.put(rows, step.messages)
+        messages, after = empty, (now, x, P)
+        yield k, x, P, probability
+
+
+def _empty(now: Record) -> Messages:
+    return Messages(
+        [np.zeros_like(P) for P in now.P],
+        [np.zeros_like(x) for x in now.x],
+        [np.zeros(len(x)) for x in now.x],
+    )
+
+
+def _one(engine: "Stepwise", now: Record, later: Record, xs: Array, Ps: Array) -> tuple[Array, Array]:
+    """C = P Fᵀ (P⁻)⁻¹, x + C (xs − x⁻), (I − C F) P (I − C F)ᵀ + C (Q + Ps) Cᵀ."""
+    x, P = now.x[0], now.P[0]
+    n = x.shape[1]
+    ahead, F, Q = engine.modes[0].linearise(later.dt, x, P, later.input)
+    FP = F @ P
+    P_ahead = _grown(_symmetric(FP @ F.transpose(0, 2, 1) + Q))
+    root = _engine.native.root(P_ahead)
+    C = _engine.native.solve(root, _engine.native.solve(root, FP), transposed=True).transpose(0, 2, 1)
+    G = np.eye(n) - C @ F
+    smoothed = x + _times(C, xs - ahead)
+    return smoothed, _symmetric(G @ P @ G.transpose(0, 2, 1) + C @ (Q + Ps) @ C.transpose(0, 2, 1))
+
+
+class Several:
+    """One step back of several modes: their smoothed estimates, probabilities and messages."""
+
+    def __init__(self, engine: "Stepwise", now: Record, later: Record, messages: Messages) -> None:
+        self.engine, self.now, self.later = engine, now, later
+        self.modes = range(len(engine.modes))
+        self._next = [
+            self._add_measurements(j, messages.J[j], messages.h[j], messages.s[j]) for j in self.modes
+        ]
+        self._roots = [_engine.native.root(P) for P in now.P]
+        pi = engine.transition(later.dt)
+        link = np.log(np.maximum(pi * now.probability[:, :, None], LEAST))
+        pairs = [[self._pair(i, j, link[:, i, j]) for j in self.modes] for i in self.modes]
+        log_weight = np.stack([np.stack([p.log_weight for p in row], axis=1) for row in pairs], axis=1)
+        weight = np.maximum(np.exp(log_weight - log_weight.max(axis=(1, 2), keepdims=True)), LEAST)
+        weight_sum = weight.sum(axis=(1, 2))
+        self.probability = weight.sum(axis=2) / weight_sum[:, None]
+        self.x, self.P, self.messages = [], [], Messages([], [], [])
+        for i in self.modes:
+            self._collapse(i, pairs[i], weight[:, i], weight_sum)
+
+    def _add_measurements(self, j: int, J: Array, h: Array, s: Array) -> tuple[Array, Array, Array]:
+        """What the scan after measured, as seen by mode j, added to its message."""
+        x, P = self.later.x[j], self.later.P[j]
+        for views, m in zip(self.engine.views, self.later.measurements, strict=True):
+            y, H, _ = views[j].linearise(x, P, m.z, m.present, unscented=False)
+            both = m.present[:, :, None] & m.present[:, None, :]
+            R = np.where(both, m.R, np.eye(y.shape[1]))
+            root = _engine.native.root(R)
+            y = _engine.native.solve(root, np.where(m.present, y, 0.0)[:, :, None])[:, :, 0]
+            H = _engine.native.solve(root, np.where(m.present[:, :, None], H, 0.0))
+            s = s - 0.5 * (y * y).sum(axis=1)
+            h = h + _times(H.transpose(0, 2, 1), y)
+            J = J + H.transpose(0, 2, 1) @ H
+        return J, h, s
+
+    def _pair(self, i: int, j: int, log_link: Array) -> Pair:
+        engine, now, later = self.engine, self.now, self.later
+        at = engine.places(j, i)
+        x, P = engine.source(j, i, now.x, now.P)
+        ahead, F, Q = engine.modes[j].linearise(later.dt, x, P, later.input)
+        lacking = at < 0
+        if lacking.any():  # the covariance of what mode i does not have
+            V = np.where(lacking[:, None] & lacking, P, 0.0)
+            Q = Q + F @ V @ F.transpose(0, 2, 1)
+        J, h, s = self._next[j]  # moved from mode j's filtered estimate to the prediction from mode i
+        d = ahead - later.x[j]
+        Jd = _times(J, d)
+        s = s + ((h - 0.5 * Jd) * d).sum(axis=1)
+        J, h, s = _integrate(J, h - Jd, s, Q)
+        A = np.zeros((len(x), now.x[i].shape[1], len(at)))
+        A[:, at[~lacking], :] = F.transpose(0, 2, 1)[:, ~lacking]
+        J, h = _symmetric(A @ J @ A.transpose(0, 2, 1)), _times(A, h)
+        fused, log_det = _parallel_sum(self._roots[i], J)
+        moved = _times(fused, h)
+        return Pair(J, h, now.x[i] + moved, fused, log_link + s + 0.5 * ((h * moved).sum(axis=1) - log_det))
+
+    def _collapse(self, i: int, pairs: list[Pair], weight: Array, weight_sum: Array) -> None:
+        """Mode i's smoothed estimate over its pairs, matched in two moments, and its message, averaged in logarithms."""
+        total = weight.sum(axis=1)
+        share = np.ascontiguousarray(weight / total[:, None])
+        x, P = _engine.native.mix([p.x for p in pairs], [p.P for p in pairs], share)
+        J = sum(share[:, j, None, None] * p.J for j, p in enumerate(pairs))
+        h = sum(share[:, j, None] * p.h for j, p in enumerate(pairs))
+        away = np.stack(
+            [p.x - x for p in pairs], axis=1
+        )  # where pairs disagree the average is too sure of itself
+        D = np.einsum("bj,bjr,bjq->brq", share, away, away)
+        J, h, _ = _integrate(np.asarray(J), np.asarray(h), np.zeros(len(x)), D)
+        fused, log_det = _parallel_sum(self._roots[i], J)
+        gain = (h * _times(fused, h)).sum(axis=1)
+        mine = np.maximum(self.now.probability[:, i], LEAST)
+        self.x.append(x)
+        self.P.append(_grown(P))
+        self.messages.J.append(J)
+        self.messages.h.append(h)
+        self.messages.s.append(np.log(total) - np.log(weight_sum) - np.log(mine) - 0.5 * (gain - log_det))
+
+
+def _integrate(J: Array, h: Array, s: Array, Q: Array) -> tuple[Array, Array, Array]:
+    """The message before noise of covariance Q: J ← (J⁻¹ + Q)⁻¹, h ← (I + J Q)⁻¹ h."""
+    J, log_det = _parallel_sum(_engine.native.root(J, semidefinite=True), Q)
+    Qh = _times(Q, h)
+    JQh = _times(J, Qh)
+    return J, h - JQh, s + 0.5 * ((Qh * (h - JQh)).sum(axis=1) - log_det)
+
+
+def _parallel_sum(L: Array, J: Array) -> tuple[Array, Array]:
+    """(P⁻¹ + J)⁻¹ = L (I + Lᵀ J L)⁻¹ Lᵀ with P = L Lᵀ, and log det(I + P J)."""
+    across = L.transpose(0, 2, 1)
+    root = _engine.native.root(np.eye(L.shape[1]) + across @ J @ L)
+    W = _engine.native.solve(root, across)
+    return _symmetric(W.transpose(0, 2, 1) @ W), 2.0 * np.log(np.einsum("bii->bi", root)).sum(axis=1)
+
+
+def _times(A: Array, x: Array) -> Array:
+    return (A @ x[:, :, None])[:, :, 0]
+
+
+def _symmetric(P: Array) -> Array:
+    return 0.5 * (P + P.transpose(0, 2, 1))
+
+
+def _grown(P: Array) -> Array:
+    """The diagonal raised by what rounding may have cost."""
+    n = P.shape[1]
+    np.einsum("bii->bi", P)[:] *= 1.0 + 4.0 * n * EPS
+    return P
