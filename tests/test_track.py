@@ -3,6 +3,7 @@
 import io
 import json
 import warnings
+from datetime import date, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -267,6 +268,43 @@ def test_real_flights_look_like_flights():
     assert 1.0 < noise["position_sd"] < 3.0 and 0.1 < noise["time_sd"] < 0.3
     turning = tracks.filter(pl.col("manoeuvring") > 0.6)
     assert 0.05 < turning.height / tracks.height < 0.6
+
+
+STRANGE = {
+    "nothing": pl.Series([None] * 12),
+    "text": pl.Series(["a", "b", None] * 4),
+    "numbers as text": pl.Series([str(k) for k in range(12)]),
+    "wild numbers": pl.Series([float("nan"), float("inf"), -1e308, 1e308] * 3),
+    "flags": pl.Series([True] * 12),
+    "lists": pl.Series([[1, 2]] * 12),
+    "records": pl.Series([{"a": 1}] * 12),
+    "bytes": pl.Series([b"\xff"] * 12),
+    "dates": pl.Series([date(2024, 1, day + 1) for day in range(12)]),
+    "durations": pl.Series([timedelta(seconds=k) for k in range(12)]),
+    "categories": pl.Series(["a", "b", "a"] * 4, dtype=pl.Categorical),
+}
+
+
+@pytest.mark.parametrize("values", STRANGE.values(), ids=STRANGE)
+@pytest.mark.parametrize(
+    "position", [("lat", "lon", "altitude_m"), ("x", "y", "z"), ("range", "azimuth_rad", "height")]
+)
+def test_a_column_of_any_type_is_used_or_refused_in_words(values, position):
+    usual = {
+        "id": ["a"] * 12,
+        "t": np.arange(12.0),
+        "speed": np.full(12, 5.0),
+        "nacp": [8] * 12,
+        "sensor": ["s"] * 12,
+    }
+    usual |= {name: 1.0 + 0.001 * np.arange(12.0) for name in position}
+    for name in usual:
+        try:
+            tracks, rejected, _ = jink.track(pl.DataFrame(usual | {name: values}), details=True)
+        except InputError as error:
+            assert len(str(error)) > 20
+        else:
+            assert sorted(tracks["row"].to_list() + rejected["row"].to_list()) == list(range(12)), name
 
 
 ROWS = st.lists(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import polars as pl
 
-from .columns import recognise
+from .columns import Columns, recognise
 from .errors import InputError
 from .files import expand, open_table
 from .measurements import Measurements, measure
@@ -51,7 +51,7 @@ def load_files(
     for number, path in enumerate(paths):
         table = open_table(path)
         columns = recognise(table.file, table.names, how.columns)
-        frame, unreadable = table.read(sorted({column.name for column in columns.roles.values()}))
+        frame, unreadable = table.read(_wanted(table.file, columns))
         total = frame.height + unreadable.height
         if total == 0:
             raise InputError(f"{table.file} has columns but no rows")
@@ -81,9 +81,7 @@ def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
     columns = recognise("the DataFrame", frame.columns, how.columns)
     if frame.height == 0:
         raise InputError("the DataFrame has columns but no rows")
-    wanted = frame.select(sorted({column.name for column in columns.roles.values()}))
-    if "row" in wanted.columns:
-        raise InputError("a column named 'row' cannot hold measurements; rename it")
+    wanted = frame.select(_wanted("the DataFrame", columns))
     measurements = measure(
         None,
         wanted.with_row_index("row"),
@@ -93,6 +91,14 @@ def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
         check_coordinates=how.check_coordinates,
     )
     return Loaded(measurements, [], frame.height)
+
+
+def _wanted(where: str, columns: Columns) -> list[str]:
+    """Names of the columns to read; `row` is taken for the row's number."""
+    names = sorted({column.name for column in columns.roles.values()})
+    if "row" in names:
+        raise InputError(f"{where}: a column named 'row' cannot hold measurements; rename it")
+    return names
 
 
 def _together(parts: list[Measurements], files: list[str]) -> Measurements:

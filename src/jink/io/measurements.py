@@ -21,8 +21,10 @@ import polars as pl
 from .columns import ANGLE, Column, Columns, normal
 from .errors import InputError
 from .times import read_times
+from .values import numbers, texts
 
 FOOT = 0.3048
+FARTHEST = 1e10  # m: nothing that is tracked is so far, and squares of more lose all digits
 DIMENSIONS = {
     "geographic": ("latitude", "longitude", "altitude"),
     "cartesian": ("x", "y", "z"),
@@ -117,8 +119,7 @@ def measure(
             problems.append((f"{name} is not a number", bad, frame[column.name]))
     if columns.position == "geographic":
         _degrees(values)
-    if check_coordinates:
-        problems += [(reason, bad, None) for reason, bad in _invalid(columns.position, values)]
+    problems += [(reason, bad, None) for reason, bad in _invalid(columns.position, values, check_coordinates)]
     rows = pl.DataFrame(
         {"file": pl.repeat(file, frame.height, dtype=pl.String, eager=True), "row": frame["row"]}
     ).with_columns(
@@ -143,25 +144,6 @@ def measure(
     )
 
 
-def numbers(series: pl.Series) -> tuple[np.ndarray, np.ndarray]:
-    """Any column as floats (NaN: missing or unreadable) and which values were there but no numbers."""
-    if series.dtype == pl.Null:
-        return np.full(len(series), np.nan), np.zeros(len(series), bool)
-    if series.dtype in (pl.Categorical, pl.Enum):
-        series = series.cast(pl.String)
-    if series.dtype == pl.String:
-        text = series.str.strip_chars()
-        empty = text.is_null() | text.str.to_lowercase().is_in(
-            ["", "na", "n/a", "nan", "null", "none", "-", "ground"]
-        )
-        value = text.cast(pl.Float64, strict=False)
-        bad = ~empty & (value.is_null() | value.is_nan())
-        return value.fill_null(float("nan")).to_numpy(), bad.to_numpy()
-    if series.dtype.is_numeric():
-        return series.cast(pl.Float64).fill_null(float("nan")).to_numpy(), np.zeros(len(series), bool)
-    return np.full(len(series), np.nan), series.is_not_null().to_numpy()
-
-
 def _targets(frame: pl.DataFrame, columns: Columns, default: str) -> tuple[pl.Series, list[str]]:
     if "target" not in columns.roles:
         note = (
@@ -174,18 +156,14 @@ def _targets(frame: pl.DataFrame, columns: Columns, default: str) -> tuple[pl.Se
         series = series.fill_nan(None)
         if whole.filter(series.is_not_null()).all():
             series = series.cast(pl.Int64, strict=False)
-    if series.dtype.is_nested() or series.dtype == pl.Binary:
-        raise InputError(
-            f"identifier column {series.name!r} holds {series.dtype}; text or numbers are expected"
-        )
-    text = series.cast(pl.String).str.strip_chars()
+    text = texts(series).str.strip_chars()
     return text.set(text == "", None).alias("target"), []
 
 
 def _source(frame: pl.DataFrame, columns: Columns, file: str | None) -> pl.Series:
     """Who measured: the sensor's column where there is one, otherwise the file."""
     if "source" in columns.roles:
-        return frame[columns.roles["source"].name].cast(pl.String).fill_null("unknown").alias("source")
+        return texts(frame[columns.roles["source"].name]).fill_null("unknown").alias("source")
     return pl.repeat(file or "data", frame.height, dtype=pl.String, eager=True).alias("source")
 
 
@@ -229,11 +207,11 @@ def _degrees(values: dict[str, np.ndarray]) -> None:
         values["longitude"][beyond & (values["longitude"] <= 360.0)] -= 360.0
 
 
-def _invalid(position: str, values: dict[str, np.ndarray]) -> list[tuple[str, np.ndarray]]:
+def _invalid(position: str, values: dict[str, np.ndarray], check: bool) -> list[tuple[str, np.ndarray]]:
     """Coordinates that cannot be, by reason. A missing altitude is no reason, half a position is."""
     found: list[tuple[str, np.ndarray]] = []
     with np.errstate(invalid="ignore"):
-        if position == "geographic":
+        if position == "geographic" and check:
             latitude, longitude = values["latitude"], values["longitude"]
             found.append(("latitude beyond ±90°", np.abs(latitude) > 90.0))
             found.append(("longitude beyond ±360°", np.abs(longitude) > 180.0))
@@ -242,8 +220,8 @@ def _invalid(position: str, values: dict[str, np.ndarray]) -> list[tuple[str, np
                 ("latitude without longitude or the reverse", np.isnan(latitude) != np.isnan(longitude))
             )
         for name, value in values.items():
-            found.append((f"{name} is infinite", np.isinf(value)))
-        if position == "polar":
+            found.append((f"{name} is beyond {FARTHEST:g}", np.abs(value) > FARTHEST))
+        if position == "polar" and check:
             found.append(("range is negative", values["range"] < 0.0))
     return [(reason, bad) for reason, bad in found if bad.any()]
 
@@ -285,12 +263,7 @@ def _reject(
         mask = pl.Series(bad)
         part = rows.select("file", "row", "target").filter(mask).with_columns(reason=pl.lit(reason))
         if raw is not None:
-            text = (
-                raw.filter(mask).cast(pl.String, strict=False)
-                if not raw.dtype.is_nested()
-                else pl.repeat(None, part.height, dtype=pl.String, eager=True)
-            )
-            part = part.with_columns(text.str.slice(0, 80).alias("value"))
+            part = part.with_columns(texts(raw.filter(mask)).str.slice(0, 80).alias("value"))
         rejected.append(part)
     return rejected, good
 

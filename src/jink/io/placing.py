@@ -127,7 +127,7 @@ def begin_with_height(placed: Placed, covariance: np.ndarray) -> None:
     rank = np.cumsum(before) - np.concatenate([[0], np.cumsum(before)])[starts][index]
     chosen = np.flatnonzero(before & (rank <= 2))
     placed.z[chosen, 2] = placed.z[first[index[chosen]].astype(int), 2]
-    covariance[chosen, 2, 2] = UNKNOWN_HEIGHT**2
+    covariance[(chosen, 2) if covariance.ndim == 2 else (chosen, 2, 2)] = UNKNOWN_HEIGHT**2
 
 
 def _flat(

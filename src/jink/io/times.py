@@ -12,6 +12,7 @@ from .errors import InputError
 
 # a number this large (median of the absolute values) counts these units since 1970; below 1e8: plain seconds
 SIZES = ((1e17, "ns", 1e-9), (1e14, "us", 1e-6), (1e11, "ms", 1e-3), (1e8, "s", 1.0))
+LATEST = 2.5e11  # s since 1970: the year 9892
 FORMATS = ("%d/%m/%Y %H:%M:%S%.f", "%m/%d/%Y %H:%M:%S%.f", "%Y/%m/%d %H:%M:%S%.f", "%d.%m.%Y %H:%M:%S%.f")
 
 
@@ -53,11 +54,13 @@ def read_times(where: str, series: pl.Series, unit: float | None, time_unit: str
 
 def _numeric_times(value: np.ndarray, unit: float | None) -> Times:
     known = value[np.isfinite(value)]
-    size = float(np.median(np.abs(known))) if known.size else 0.0
+    size = float(np.quantile(np.abs(known), 0.5, method="lower")) if known.size else 0.0
     if unit is not None:
-        return Times(value * unit, size * unit >= 1e8, [])
+        seconds = np.where(np.abs(value * unit) < LATEST, value * unit, np.nan)
+        return Times(seconds, size * unit >= 1e8, [])
     for least, name, factor in SIZES:
         if size >= least:
+            value = np.where(np.abs(value * factor) < LATEST, value, np.nan)
             note = [] if name == "s" else [f"times are taken as {name} since 1970"]
             return Times(value * factor, True, note)
     return Times(value, False, [])

@@ -1,0 +1,35 @@
+"""The values of any column as numbers or as text, whatever its type."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+
+
+def numbers(series: pl.Series) -> tuple[np.ndarray, np.ndarray]:
+    """Any column as floats (NaN: missing or unreadable) and which values were there but no numbers."""
+    if series.dtype == pl.Null:
+        return np.full(len(series), np.nan), np.zeros(len(series), bool)
+    if series.dtype in (pl.Categorical, pl.Enum):
+        series = series.cast(pl.String)
+    if series.dtype == pl.String:
+        text = series.str.strip_chars()
+        empty = text.is_null() | text.str.to_lowercase().is_in(
+            ["", "na", "n/a", "nan", "null", "none", "-", "ground"]
+        )
+        value = text.cast(pl.Float64, strict=False)
+        bad = ~empty & (value.is_null() | value.is_nan())
+        return value.fill_null(float("nan")).to_numpy(), bad.to_numpy()
+    if series.dtype.is_numeric():
+        return series.cast(pl.Float64).fill_null(float("nan")).to_numpy(), np.zeros(len(series), bool)
+    return np.full(len(series), np.nan), series.is_not_null().to_numpy()
+
+
+def texts(series: pl.Series) -> pl.Series:
+    """Any column as text; missing stays missing."""
+    try:
+        return series.cast(pl.String)
+    except pl.exceptions.PolarsError:
+        return pl.Series(
+            series.name, [None if value is None else str(value) for value in series], dtype=pl.String
+        )
