@@ -5,6 +5,7 @@ clear error.
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
@@ -83,9 +84,27 @@ def test_finite_and_positive_or_a_clear_error(draws):
         assert np.isnan(est.x[~there]).all()
         assert_positive(est.P, est.status)
         assert np.isfinite(est.log_likelihood_scan).all()
-        assert np.isfinite(est.nis[(est.nis_dof > 0) & there & (est.status != 5)]).all()
+        assert np.isfinite(est.nis[(est.status == 1) & (est.log_likelihood_scan != 0)]).all()
         assert_allclose(est.mode_probability[there].sum(axis=1), 1, rtol=1e-9)
         assert (est.mode_probability[there] >= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("noises", "stay", "t"),
+    [((3.2, 1e5), 0.5, [0, 1000, 1001]), ((1.0, 3e4, 1e-4), 0.97, [0, 0, 0, 0, 100, 200])],
+)
+def test_smoothing_modes_of_very_different_noise(noises, stay, t):
+    """Found by the search above: process noise up to 1e21 times the sensor's over one step."""
+    f = jink.IMM(
+        [jink.ConstantVelocity(acceleration_sd=s) for s in noises],
+        jink.Position(sd=1.0),
+        stay,
+        initial=jink.OnePoint(velocity_sd=100.0),
+    )
+    z = np.random.default_rng(0).normal(0, 80.0, (len(t), 2))
+    est = f.smooth(np.array(t, float), z)
+    assert np.isfinite(est.x).all()
+    assert_positive(est.P, est.status)
 
 
 @settings(max_examples=60)

@@ -118,7 +118,10 @@ class Data:
     u: np.ndarray | None = None
 
     def keywords(self) -> dict:
-        named = {"sensor": self.sensor, "covariance": self.R, "input": self.u}
+        R = self.R
+        if R is not None and all(np.count_nonzero(r - np.diag(np.diag(r))) == 0 for r in R):
+            R = np.array([np.diag(r) for r in R])  # as variances
+        named = {"sensor": self.sensor, "covariance": R, "input": self.u}
         return {k: v for k, v in named.items() if v is not None}
 
 
@@ -173,7 +176,7 @@ def distances(native, oracle: Estimate) -> dict[str, float]:
 
     return {
         "status": float(np.sum(native.status != oracle.status)),
-        "nis_dof": float(np.sum(native.nis_dof != oracle.nis_dof)),
+        "nis_dof": float(np.sum((native.nis_dof != oracle.nis_dof)[both])),
         "x": largest(np.abs(native.x - oracle.x)[there] / (np.abs(oracle.x)[there] + sd)),
         "P": largest(np.abs(native.P - oracle.P)[there] / (sd[:, :, None] * sd[:, None, :])),
         "mode_probability": largest(np.abs(native.mode_probability - oracle.mode_probability)[there]),
