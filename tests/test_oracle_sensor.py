@@ -103,3 +103,16 @@ def test_conversion_keeps_its_digits_far_away():
     assert_allclose(C[1, 1], sd_r**2 * (1 + np.exp(-2 * sd_a**2)) / 2 + 1.5 * r**2 * sd_a**4, rtol=1e-6)
     assert_allclose(C[0, 0], r**2 * sd_a**2, rtol=1e-5)
     assert_allclose(C[0, 1], 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("truth", [[20e3, 5e3, 3e3], [8e3, 2e3, 6e3]])
+def test_fix_by_height_against_samples(truth):
+    """Slant range and height: the ground range's error is correlated with the height's, -(h/g) sd_h^2."""
+    rng, p = np.random.default_rng(0), np.array(truth)
+    sensor = POLARS["height"]
+    z = sensor.h(p, np.zeros(3)) + rng.normal(size=(20_000, 3)) * np.sqrt(np.diag(sensor.R))
+    errors = np.array([sensor.fix(row, sensor.R)[0] for row in z]) - p
+    want = sensor.fix(sensor.h(p, np.zeros(3)), sensor.R)[1]
+    sd = np.sqrt(np.diag(want))
+    assert_allclose(np.cov(errors.T) / np.outer(sd, sd), want / np.outer(sd, sd), atol=0.03)
+    assert_allclose(errors.mean(axis=0) / sd, 0, atol=0.03)
