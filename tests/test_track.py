@@ -209,6 +209,14 @@ def test_a_part_whose_first_altitudes_are_missing_starts_all_the_same():
     assert tracks["altitude"].to_numpy()[60] == pytest.approx(3000.0, abs=20.0)
 
 
+def test_a_target_at_rest_has_no_turn_rate():
+    rng = np.random.default_rng(8)
+    frame = pl.DataFrame({"t": np.arange(200.0), "x": rng.normal(0, 3.0, 200), "y": rng.normal(0, 3.0, 200)})
+    tracks = jink.track(frame, kind="person", smooth=True)
+    assert tracks["turn_rate"].null_count() > 150 and tracks["turn_rate_sd"].null_count() > 150
+    assert tracks["x"].null_count() == 0 and tracks["speed"].null_count() == 0
+
+
 def test_stated_accuracy_sets_the_noise():
     frame, _ = made_up(sd=20.0)
     stated = jink.track(frame.with_columns(nacp=pl.lit(6)))

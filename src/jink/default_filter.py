@@ -21,9 +21,7 @@ except ImportError:
             jink.ConstantAcceleration(jerk_psd=0.5),
             jink.CoordinatedTurn(acceleration_sd=0.5, turn_rate_sd=0.005),
         ]
-        return jink.IMM(
-            motions, sensor, 0.97, transition_step=1.0, mixing="unbiased", outliers=jink.Outliers()
-        )
+        return jink.IMM(motions, sensor, 0.97, transition_step=1.0, outliers=jink.Outliers())
 
 
 # m/s²: what a target of this kind pulls when it manoeuvres, for the filters with a single motion model

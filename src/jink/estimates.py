@@ -144,6 +144,10 @@ def _kinematics(state: State) -> tuple[dict[str, np.ndarray], dict[str, np.ndarr
             "ay": vx * square,
         }
         sds["turn_rate_sd"] = state.sd_of(gradient)
+    if "turn_rate" in columns:  # what hardly moves has no direction, and none that turns
+        still = ~(speed > 2.0 * sds["speed_sd"])
+        columns["turn_rate"] = np.where(still, np.nan, columns["turn_rate"])
+        sds["turn_rate_sd"] = np.where(still, np.nan, sds["turn_rate_sd"])
     return columns, sds
 
 

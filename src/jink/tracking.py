@@ -101,6 +101,8 @@ def track(
     probability per mode, `manoeuvring`, `segment`, `status`. Rows that are in no track are counted in a
     warning; with `details=True` the result is `Tracked(tracks, rejected, summary)` instead.
 
+    Missing is null: the course of a target at rest, the turn rate of one whose speed is not two sds from zero.
+
     columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component
     (`{"range": 50, "azimuth_deg": 0.1}`); None: from ADS-B accuracy columns or estimated. site: latitude,
     longitude and altitude of a radar. gap: seconds without a position that begin a new part (0: never).
@@ -120,18 +122,7 @@ def track(
         threads=threads,
     )
     reading = Reading(columns, altitude_unit, time_unit, check_coordinates)
-    if isinstance(data, str | Path) or (
-        isinstance(data, Sequence) and data and all(isinstance(d, str | Path) for d in data)
-    ):
-        tracked = run(load_files([data] if isinstance(data, str | Path) else data, reading), settings)
-        back: Callable[[pl.DataFrame], Any] = lambda frame: frame  # noqa: E731
-    else:
-        from .io.frames import from_any, to_same
-
-        frame = from_any(data)
-        tracked = run(load_frame(frame, reading), settings)
-        tracked = Tracked(tracked.tracks.drop("file"), tracked.rejected.drop("file"), tracked.summary)
-        back = lambda frame: to_same(frame, data)  # noqa: E731
+    tracked, back = _from_data(data, reading, settings)
     if details:
         return Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
     if tracked.rejected.height:
@@ -139,6 +130,21 @@ def track(
         count = f"{tracked.rejected.height} of {tracked.summary['rows']} rows"
         warnings.warn(f"{count} are in no track ({why}); details=True returns them", stacklevel=2)
     return back(tracked.tracks)
+
+
+def _from_data(
+    data: Any, reading: Reading, settings: Settings
+) -> tuple[Tracked, Callable[[pl.DataFrame], Any]]:
+    """Tracks of files or of a DataFrame, and what turns them into the kind that was given."""
+    if isinstance(data, str | Path):
+        data = [data]
+    if isinstance(data, Sequence) and data and all(isinstance(item, str | Path) for item in data):
+        return run(load_files(data, reading), settings), lambda frame: frame
+    from .io.frames import from_any, to_same
+
+    tracked = run(load_frame(from_any(data), reading), settings)
+    tracked = Tracked(tracked.tracks.drop("file"), tracked.rejected.drop("file"), tracked.summary)
+    return tracked, lambda frame: to_same(frame, data)
 
 
 def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) -> Tracked:

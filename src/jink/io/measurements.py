@@ -23,6 +23,8 @@ from .errors import InputError
 from .times import read_times
 from .values import numbers, texts
 
+Problem = tuple[str, np.ndarray, pl.Series | None]  # reason, rows, the column whose values are to be shown
+
 FOOT = 0.3048
 FARTHEST = 1e10  # m: nothing that is tracked is so far, and squares of more lose all digits
 DIMENSIONS = {
@@ -94,31 +96,19 @@ def measure(
 ) -> Measurements:
     """Convert the recognised columns of `frame`, which has `row` too; InputError if no time is readable."""
     where = file or "the table"
-    notes: list[str] = []
-    times = read_times(where, frame[columns.roles["time"].name], columns.roles["time"].unit, time_unit)
-    notes += times.notes
-    problems: list[tuple[str, np.ndarray, pl.Series | None]] = [
-        ("time is missing or unreadable", np.isnan(times.seconds), frame[columns.roles["time"].name])
-    ]
+    clock = frame[columns.roles["time"].name]
+    times = read_times(where, clock, columns.roles["time"].unit, time_unit)
+    if frame.height and np.isnan(times.seconds).all():
+        raise InputError(
+            f"{where}: no time could be read in column {clock.name!r} (its first value is {_first(clock)!r}); "
+            "expected are ISO 8601 date-times or numbers (seconds, or ms, us, ns since 1970)"
+        )
+    problems: list[Problem] = [("time is missing or unreadable", np.isnan(times.seconds), clock)]
     target, target_note = _targets(frame, columns, default_target)
-    notes += target_note
     if "target" in columns.roles:
         problems.append(("no identifier", target.is_null().to_numpy(), frame[columns.roles["target"].name]))
-    values: dict[str, np.ndarray] = {}
-    for name in (n for n in DIMENSIONS[columns.position] if n in columns.roles):
-        column = columns.roles[name]
-        number, bad = numbers(frame[column.name])
-        unit, note = _unit(name, column, number, columns, altitude_unit)
-        notes += note
-        values[name] = number * unit
-        if name == "altitude" and bad.any():
-            notes.append(
-                f"{int(bad.sum())} unreadable altitudes in column {column.name!r} are taken as missing"
-            )
-        elif bad.any():
-            problems.append((f"{name} is not a number", bad, frame[column.name]))
-    if columns.position == "geographic":
-        _degrees(values)
+    values, notes, unreadable = _positions(frame, columns, altitude_unit)
+    problems += unreadable
     problems += [(reason, bad, None) for reason, bad in _invalid(columns.position, values, check_coordinates)]
     rows = pl.DataFrame(
         {"file": pl.repeat(file, frame.height, dtype=pl.String, eager=True), "row": frame["row"]}
@@ -131,17 +121,33 @@ def measure(
         *_accuracies(frame, columns),
     )
     rejected, good = _reject(rows, problems)
-    if not good.any() and frame.height:
-        _, bad, raw = problems[0]
-        if bad.all() and raw is not None:
-            raise InputError(
-                f"{where}: no time could be read in column {columns.roles['time'].name!r} "
-                f"(its first value is {_first(raw)!r}); "
-                "expected are ISO 8601 date-times or numbers (seconds, or ms, us, ns since 1970)"
-            )
-    return Measurements(
-        rows.filter(pl.Series(good)), rejected, columns.position, times.absolute, columns.named(), notes
-    )
+    notes = times.notes + target_note + notes
+    kept = rows.filter(pl.Series(good))
+    return Measurements(kept, rejected, columns.position, times.absolute, columns.named(), notes)
+
+
+def _positions(
+    frame: pl.DataFrame, columns: Columns, altitude_unit: str | None
+) -> tuple[dict[str, np.ndarray], list[str], list[Problem]]:
+    """The position's components in SI units (latitude and longitude in degrees), notes, unreadable values."""
+    values: dict[str, np.ndarray] = {}
+    notes: list[str] = []
+    problems: list[Problem] = []
+    for name in (n for n in DIMENSIONS[columns.position] if n in columns.roles):
+        column = columns.roles[name]
+        number, bad = numbers(frame[column.name])
+        unit, note = _unit(name, column, number, columns, altitude_unit)
+        notes += note
+        with np.errstate(over="ignore"):
+            values[name] = number * unit
+        if name == "altitude" and bad.any():
+            count = int(bad.sum())
+            notes.append(f"{count} unreadable altitudes in column {column.name!r} are taken as missing")
+        elif bad.any():
+            problems.append((f"{name} is not a number", bad, frame[column.name]))
+    if columns.position == "geographic":
+        _degrees(values)
+    return values, notes, problems
 
 
 def _targets(frame: pl.DataFrame, columns: Columns, default: str) -> tuple[pl.Series, list[str]]:
@@ -249,9 +255,7 @@ def _accuracies(frame: pl.DataFrame, columns: Columns) -> list[pl.Series]:
     return [pl.Series("position_sd", horizontal), pl.Series("altitude_sd", looked_up("gva", GVA, 1.96))]
 
 
-def _reject(
-    rows: pl.DataFrame, problems: list[tuple[str, np.ndarray, pl.Series | None]]
-) -> tuple[list[pl.DataFrame], np.ndarray]:
+def _reject(rows: pl.DataFrame, problems: list[Problem]) -> tuple[list[pl.DataFrame], np.ndarray]:
     """Split off rows with a problem, each with its first reason and the value that was there."""
     good = np.ones(rows.height, bool)
     rejected = []
