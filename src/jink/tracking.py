@@ -101,7 +101,7 @@ def track(
     probability per mode, `manoeuvring`, `segment`, `status`. Rows that are in no track are counted in a
     warning; with `details=True` the result is `Tracked(tracks, rejected, summary)` instead.
 
-    Missing is null: the course of a target at rest, the turn rate of one whose speed is not two sds from zero.
+    Missing is null: the course of a target at rest, the turn rate where speed is not two sds from zero.
 
     columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component
     (`{"range": 50, "azimuth_deg": 0.1}`); None: from ADS-B accuracy columns or estimated. site: latitude,

@@ -100,7 +100,7 @@ def measure(
     times = read_times(where, clock, columns.roles["time"].unit, time_unit)
     if frame.height and np.isnan(times.seconds).all():
         raise InputError(
-            f"{where}: no time could be read in column {clock.name!r} (its first value is {_first(clock)!r}); "
+            f"{where}: no time could be read in column {clock.name!r} (first value: {_first(clock)!r}); "
             "expected are ISO 8601 date-times or numbers (seconds, or ms, us, ns since 1970)"
         )
     problems: list[Problem] = [("time is missing or unreadable", np.isnan(times.seconds), clock)]
