@@ -188,12 +188,11 @@ class Runner {
             const Pack before = state.time;
             const Outcome<Pack> o = step.step(state, scan, detail);
             total = total + select<Pack>(scan.active, o.log_likelihood, splat<Pack>(0.0));
-            const Mask<Pack> scored = o.measured & state.started & inverse(o.initialised);
             if (likelihood.wanted()) likelihood.put(k, &o.log_likelihood, scan.active);
-            if (nis.wanted()) nis.put(k, &o.nis, scored);
-            const Pack freedom = select<Pack>(scored, o.dof, splat<Pack>(0.0));
+            if (nis.wanted()) nis.put(k, &o.nis, o.scored);
+            const Pack freedom = select<Pack>(o.scored, o.dof, splat<Pack>(0.0));
             if (dof.wanted()) dof.put(k, &freedom, scan.active);
-            if (pit.wanted()) pit.put(k, o.pit, scored);
+            if (pit.wanted()) pit.put(k, o.pit, o.scored);
             if (out.status)
                 for (int l = 0; l < lanes; ++l)
                     if (from + k < rows.span.count[l]) out.status[rows.span.start[l] + from + k] = static_cast<unsigned char>(status_of(state, o, l));

@@ -182,7 +182,7 @@ class LiveMany : public Live<Pack> {
             for (int r = 0; r < n && to[1]; ++r)
                 for (int q = 0; q < n; ++q) to[1][(at * n + r) * n + q] = live ? P[packed(r, q)][l] : NAN;
             for (int j = 0; j < m && to[2]; ++j) to[2][at * m + j] = live ? s.probability[j][l] : NAN;
-            const bool scored = live && lane(o.measured, l) && !lane(o.initialised, l);
+            const bool scored = lane(o.scored, l);
             if (to[3]) to[3][at] = o.log_likelihood[l];
             if (to[4]) to[4][at] = scored ? o.nis[l] : NAN;
             if (to[5]) to[5][at] = scored ? o.dof[l] : 0.0;
@@ -283,8 +283,8 @@ NB_MODULE(JINK_MODULE, module) {
                          return array;
                      })
         .def_prop_ro("log_likelihood", [](const Estimate &e) { return e.outcome.log_likelihood; })
-        .def_prop_ro("nis", [](const Estimate &e) { return e.outcome.measured && !e.outcome.initialised ? e.outcome.nis : NAN; })
-        .def_prop_ro("nis_dof", [](const Estimate &e) { return e.outcome.measured && !e.outcome.initialised ? e.outcome.dof : 0.0; })
+        .def_prop_ro("nis", [](const Estimate &e) { return e.outcome.scored ? e.outcome.nis : NAN; })
+        .def_prop_ro("nis_dof", [](const Estimate &e) { return e.outcome.scored ? e.outcome.dof : 0.0; })
         .def_prop_ro("status", [](const Estimate &e) { return status_name(e.status); });
 
     nb::class_<LiveOne>(module, "LiveOne")

@@ -34,6 +34,15 @@ template <class T> JINK_INLINE T exponential(T x) {
     return select<T>(is_nan(x), x, result);
 }
 
+// e^x - 1 without cancellation: its series to degree 15 for |x| < 1/2.
+template <class T> inline T exponential_less_one(T x) {
+    const Mask<T> small = magnitude(x) < splat<T>(0.5);
+    const T near = select<T>(small, x, splat<T>(0.0));
+    T p = splat<T>(1.0);
+    for (int k = 15; k >= 2; --k) p = 1.0 + p * near * (1.0 / k);
+    return select<T>(small, near * p, exponential<T>(x) - 1.0);
+}
+
 template <class T> JINK_INLINE T logarithm(T x) {
     constexpr std::int64_t root_half = 0x3fe6a09e667f3bcd;  // bits of sqrt(1/2): the mantissa's range is [sqrt(1/2), sqrt(2))
     const Bits<T> bits = to_bits(x);

@@ -82,7 +82,7 @@ template <class T> class Live {
         TrackState<T> copy = s;
         step.propagate(copy, select<T>(s.started, to - s.time, splat<T>(0.0)), nullptr);
         out.time = to, out.arena = step.predicted, out.probability = step.prior, out.started = s.started;
-        out.outcome.measured = out.outcome.gated = out.outcome.restarted = out.outcome.initialised = splat_mask<T>(false);
+        out.outcome.measured = out.outcome.scored = out.outcome.gated = out.outcome.restarted = out.outcome.initialised = splat_mask<T>(false);
         out.outcome.log_likelihood = splat<T>(0.0), out.outcome.nis = nan_of<T>(), out.outcome.dof = splat<T>(0.0);
     }
 

@@ -109,47 +109,42 @@ template <class T> struct Fix {
     T p[3], v[3], P[6], V[6];      // covariances packed; V only where the velocity was measured
 };
 
-// The measured position in Cartesian coordinates. Polar measurements by the unbiased conversion: the mean is divided by
-// exp(-var/2) of each angle and the covariance conditioned on the measurement.
+// The measured position in Cartesian coordinates, without bias: the mean is divided by exp(-var/2) of each angle, the covariance
+// conditioned on the measurement. Written along and across the measured azimuth with expm1, so that the squares of the range,
+// which the covariance does not depend on in the first order, never meet.
 // Longbin, Xiaoquan, Yizu, Kang & Bar-Shalom, IEEE Trans. AES-34(3), 1998.
 template <class T> inline void unbiased_polar(const SensorSpec &s, const Measurement<T> &m, Fix<T> &fix) {
     const auto variance = [&](int r) { return m.full ? m.R[packed(r, r)] : m.R[r]; };
     const bool spatial = s.vertical == Vertical::elevation;
-    T range = m.z[0], range_variance = variance(0);
-    const T azimuth_variance = variance(1);
-    if (s.vertical == Vertical::height) {  // ground range from slant range and height
+    T range = m.z[0], range_variance = variance(0), sheared = splat<T>(0.0);
+    const T v = variance(1), w = spatial ? variance(2) : splat<T>(0.0);
+    if (s.vertical == Vertical::height) {  // ground range from slant range and height; an error of the height shears it
         const T dz = m.z[2] - s.site[2], ground2 = larger<T>(range * range - dz * dz, splat<T>(1.0));
         range_variance = (range * range * range_variance + dz * dz * variance(2)) / ground2;
         range = square_root(ground2);
+        sheared = -(dz / range) * variance(2);
     }
-    const T elevation = spatial ? m.z[2] : splat<T>(0.0), elevation_variance = spatial ? variance(2) : splat<T>(0.0);
     T sa, ca, se, ce;
     sine_cosine(m.z[1], sa, ca);
-    sine_cosine(elevation, se, ce);
-    const T la = exponential<T>(-0.5 * azimuth_variance), le = exponential<T>(-0.5 * elevation_variance);
-    const T la4 = la * la * la * la, le4 = le * le * le * le;
-    const T square = range * range + range_variance, r2 = range * range;
-    const T c2a = ca * ca - sa * sa, s2a = 2.0 * sa * ca, c2e = ce * ce - se * se, s2e = 2.0 * se * ce;
-    // E[cos^2 e] and so on, given the measured elevation; in two dimensions le = 1, ce = 1, se = 0
-    const T cos2 = 0.5 * (1.0 + le4 * c2e), sin2 = 0.5 * (1.0 - le4 * c2e);
-    const T bias = 1.0 / (la * le);
-    const T east2 = 0.5 * (1.0 + la4 * c2a), north2 = 0.5 * (1.0 - la4 * c2a), cross = 0.5 * la4 * s2a;
-    const T half = range * ce;
-    // components along the azimuth's reference (c) and a quarter turn on (s)
-    const T pc = bias * half * ca, ps = bias * half * sa, pz = range * se / le;
-    const T over2 = bias * bias - 2.0;
-    const T Pcc = over2 * (half * ca) * (half * ca) + square * east2 * cos2;
-    const T Pss = over2 * (half * sa) * (half * sa) + square * north2 * cos2;
-    const T Pcs = over2 * (half * ca) * (half * sa) + square * cross * cos2;
-    const T Pzz = (1.0 / (le * le) - 2.0) * (r2 * se * se) + square * sin2;
-    const T vertical = 0.5 * square * la * le4 * s2e + r2 * se * ce * (bias / le - 1.0 / la - la);
-    const int c = s.from_north ? 1 : 0, n = 1 - c;
-    fix.p[c] = pc + s.site[c], fix.p[n] = ps + s.site[n];
-    fix.P[packed(c, c)] = Pcc, fix.P[packed(n, n)] = Pss, fix.P[packed(1, 0)] = Pcs;
+    sine_cosine(spatial ? m.z[2] : splat<T>(0.0), se, ce);
+    const T la = exponential<T>(-0.5 * v), le = exponential<T>(-0.5 * w);
+    const T a = 0.5 * exponential_less_one<T>(-2.0 * v), b = 0.5 * exponential_less_one<T>(-2.0 * w) * (ce * ce - se * se);
+    const T r2 = range * range, level = ce * ce + b, rise = exponential_less_one<T>(w);
+    const T along = r2 * (ce * ce * (exponential_less_one<T>(v + w) + a) + b * (1.0 + a)) + range_variance * (1.0 + a) * level;
+    const T across = -((r2 + range_variance) * a * level);
+    const T up = r2 * (rise * se * se - b) + range_variance * (se * se - b);
+    const T e2 = exponential<T>(-2.0 * w);
+    const T slope = se * ce * (r2 * (rise / la + la * exponential_less_one<T>(-2.0 * w)) + range_variance * la * e2) + la * sheared;
+    const int c = s.from_north ? 1 : 0, n = 1 - c;  // the axis the azimuth counts from, and the other
+    const T half = range * ce / (la * le);
+    fix.p[c] = half * ca + s.site[c], fix.p[n] = half * sa + s.site[n];
+    fix.P[packed(c, c)] = along * ca * ca + across * sa * sa;
+    fix.P[packed(n, n)] = along * sa * sa + across * ca * ca;
+    fix.P[packed(1, 0)] = (along - across) * sa * ca;
     if (s.axes == 3) {
-        fix.P[packed(2, c)] = ca * vertical, fix.P[packed(2, n)] = sa * vertical;
-        fix.p[2] = spatial ? pz + s.site[2] : m.z[2];
-        fix.P[packed(2, 2)] = spatial ? Pzz : variance(2);
+        fix.p[2] = spatial ? range * se / le + s.site[2] : m.z[2];
+        fix.P[packed(2, c)] = slope * ca, fix.P[packed(2, n)] = slope * sa;
+        fix.P[packed(2, 2)] = spatial ? up : variance(2);
     }
 }
 

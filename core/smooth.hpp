@@ -22,7 +22,7 @@ namespace jink::inline JINK_LEVEL {
 template <class T> class Smooth {
   public:
     explicit Smooth(const Composition<T> &composition)
-        : c(composition), forward(c), one(c), messages(c.count), next(c.count), pairs(c.count * c.count) {}
+        : c(composition), forward(c), one(c), messages(c.count), next(c.count), pairs(c.count * c.count), log_total(c.count) {}
 
     std::vector<T> arena, probability;  // the smoothed modes of the current scan
 
@@ -40,16 +40,17 @@ template <class T> class Smooth {
         next.swap(messages);
         for (int j = 0; j < c.count; ++j) add_measurements(after, j);
         forward.elapse(select<T>(after.linked, after.dt, splat<T>(0.0)));
-        T most = splat<T>(-std::numeric_limits<double>::infinity());
         for (int i = 0; i < c.count; ++i) factor(now, i);
         for (int j = 0; j < c.count; ++j)
-            for (int i = 0; i < c.count; ++i) {
-                pair(now, after, i, j);
-                most = larger<T>(most, pairs[i * c.count + j].log_weight);
-            }
-        T sum = splat<T>(0.0);
-        for (auto &p : pairs) p.weight = larger<T>(exponential<T>(p.log_weight - most), splat<T>(1e-200)), sum = sum + p.weight;
-        for (int i = 0; i < c.count; ++i) collapse(now, i, sum);
+            for (int i = 0; i < c.count; ++i) pair(now, after, i, j);
+        T most = splat<T>(-std::numeric_limits<double>::infinity()), sum = splat<T>(0.0);
+        for (int i = 0; i < c.count; ++i) log_total[i] = share_out(i), most = larger<T>(most, log_total[i]);
+        for (int i = 0; i < c.count; ++i) probability[i] = exponential<T>(log_total[i] - most), sum = sum + probability[i];
+        for (int i = 0; i < c.count; ++i) {
+            probability[i] = probability[i] / sum;
+            collapse(now, i, log_total[i] - most - logarithm<T>(sum));
+            end_where_unlinked(now, after.linked, i);
+        }
     }
 
   private:
@@ -61,16 +62,23 @@ template <class T> class Smooth {
             for (auto &v : h) v = splat<T>(0.0);
             s = splat<T>(0.0);
         }
+        void keep(Mask<T> lanes_with_it) {
+            const T zero = splat<T>(0.0);
+            for (auto &v : J) v = select<T>(lanes_with_it, v, zero);
+            for (auto &v : h) v = select<T>(lanes_with_it, v, zero);
+            s = select<T>(lanes_with_it, s, zero);
+        }
     };
     struct Pair {
         Message message;
-        T x[L], P[packed_size(L)], log_weight, weight;
+        T x[L], P[packed_size(L)], log_weight, share;
     };
     const Composition<T> &c;
     Step<T> forward;
     SmoothOne<T> one;
     std::vector<Message> messages, next;
     std::vector<Pair> pairs;
+    std::vector<T> log_total;  // of each mode: its pairs' weights together
     std::vector<T> roots;  // Cholesky factors of the filtered covariances
 
     void factor(const Record<T> &now, int i) {
@@ -84,10 +92,7 @@ template <class T> class Smooth {
         Message &m = next[j];
         add_measurement(after, j, c.sensors[after.sensor], after.measurement, m);
         for (int k = 0; k < int(after.others.size()); ++k) add_measurement(after, j, c.sensors[k + 1], after.others[k], m);
-        const T zero = splat<T>(0.0);
-        for (auto &v : m.J) v = select<T>(after.linked, v, zero);
-        for (auto &v : m.h) v = select<T>(after.linked, v, zero);
-        m.s = select<T>(after.linked, m.s, zero);
+        m.keep(after.linked);
     }
 
     void add_measurement(const Record<T> &after, int j, const Sensor<T> &sensor, const Measurement<T> &z, Message &m) const {
@@ -158,8 +163,16 @@ template <class T> class Smooth {
         times(ni, p.P, p.message.h, moved);
         T gain = splat<T>(0.0);
         for (int k = 0; k < ni; ++k) p.x[k] = now.arena[from.place + k] + moved[k], gain = gain + p.message.h[k] * moved[k];
-        const T link = larger<T>(forward.transition()[i * c.count + j] * now.probability[i], splat<T>(1e-200));
+        const T link = larger<T>(forward.transition()[i * c.count + j] * now.probability[i], splat<T>(1e-300));
         p.log_weight = logarithm<T>(link) + p.message.s + 0.5 * (gain - log_det);
+    }
+
+    // A track whose next scan has nothing to do with this one ends here: its estimate is the filtered one, to the bit.
+    void end_where_unlinked(const Record<T> &now, Mask<T> linked, int i) {
+        const Mode<T> &mode = c.modes[i];
+        for (int k = mode.place; k < mode.place + mode.size(); ++k) arena[k] = select<T>(linked, arena[k], now.arena[k]);
+        probability[i] = select<T>(linked, probability[i], now.probability[i]);
+        messages[i].keep(linked);
     }
 
     // Q += F V F', V the covariance of what the mode before does not have.
@@ -175,16 +188,19 @@ template <class T> class Smooth {
         if (any_enters) add_congruence(n, n, F, V, Q);
     }
 
-    // The message before noise of covariance Q: J <- (J^-1 + Q)^-1, h <- (I + J Q)^-1 h.
+    // The message before noise of covariance Q: J <- (J^-1 + Q)^-1, h <- h - J M h with M = (Q^-1 + J)^-1. Both inverses are sums of
+    // squares, so that a noise far larger than what the measurements leave does not cancel.
     static void integrate(int n, const T *Q, Message &m) {
-        T root[packed_size(L)], J[packed_size(L)], Qh[L], JQh[L];
+        T root[packed_size(L)], J[packed_size(L)], M[packed_size(L)], Mh[L], JMh[L];
+        semidefinite_cholesky<T>(n, Q, root);
+        const T log_det = parallel_sum<T>(n, root, m.J, M);
         semidefinite_cholesky<T>(n, m.J, root);
-        const T log_det = parallel_sum<T>(n, root, Q, J);
-        times(n, Q, m.h, Qh);
-        times(n, J, Qh, JQh);
-        T gain = splat<T>(0.0);  // h' (Q - Q J Q) h
-        for (int k = 0; k < n; ++k) gain = gain + Qh[k] * (m.h[k] - JQh[k]);
-        for (int k = 0; k < n; ++k) m.h[k] = m.h[k] - JQh[k];
+        parallel_sum<T>(n, root, Q, J);
+        times(n, M, m.h, Mh);
+        times(n, m.J, Mh, JMh);
+        T gain = splat<T>(0.0);
+        for (int k = 0; k < n; ++k) gain = gain + m.h[k] * Mh[k];
+        for (int k = 0; k < n; ++k) m.h[k] = m.h[k] - JMh[k];
         for (int k = 0; k < packed_size(n); ++k) m.J[k] = J[k];
         m.s = m.s + 0.5 * (gain - log_det);
     }
@@ -196,52 +212,50 @@ template <class T> class Smooth {
         }
     }
 
-    // Where the pairs disagree the averaged message is too sure of itself: its covariance grows by their spread about the
-    // smoothed mean, its peak stays.
-    void widen(const Pair *p, T over, const T *smoothed, int n, Message &out) const {
-        T D[packed_size(L)];
-        for (int k = 0; k < packed_size(n); ++k) D[k] = splat<T>(0.0);
-        for (int j = 0; j < c.count; ++j)
-            for (int r = 0; r < n; ++r)
-                for (int q = 0; q <= r; ++q)
-                    D[packed(r, q)] = D[packed(r, q)] + p[j].weight * over * (p[j].x[r] - smoothed[r]) * (p[j].x[q] - smoothed[q]);
-        integrate(n, D, out);
+    // Each pair's share of its first mode's weight; returns the logarithm of that.
+    T share_out(int i) {
+        Pair *p = &pairs[i * c.count];
+        T most = p[0].log_weight, sum = splat<T>(0.0);
+        for (int j = 1; j < c.count; ++j) most = larger<T>(most, p[j].log_weight);
+        for (int j = 0; j < c.count; ++j) p[j].share = exponential<T>(p[j].log_weight - most), sum = sum + p[j].share;
+        for (int j = 0; j < c.count; ++j) p[j].share = p[j].share / sum;
+        return most + logarithm<T>(sum);
     }
 
     // Mode i's smoothed estimate over its pairs, matched in two moments, and its message.
-    void collapse(const Record<T> &now, int i, T sum) {
+    //
+    // Where the pairs disagree the averaged message would be too sure of itself: its covariance grows by their spread about the
+    // smoothed mean, its peak stays.
+    void collapse(const Record<T> &now, int i, T log_weight) {
         const Mode<T> &mode = c.modes[i];
         const int n = mode.shape.n, m = c.count;
         const Pair *p = &pairs[i * m];
-        T total = splat<T>(0.0), zero = splat<T>(0.0);
-        for (int j = 0; j < m; ++j) total = total + p[j].weight;
-        const T over = 1.0 / total;
-        T *x = &arena[mode.place], *P = x + n;
+        const T zero = splat<T>(0.0);
+        T *x = &arena[mode.place], *P = x + n, spread[packed_size(L)];
         Message &out = messages[i];
         out.clear();
         for (int r = 0; r < n; ++r) x[r] = zero;
-        for (int k = 0; k < packed_size(n); ++k) P[k] = zero;
+        for (int k = 0; k < packed_size(n); ++k) P[k] = spread[k] = zero;
         for (int j = 0; j < m; ++j) {
-            const T share = p[j].weight * over;
+            const T share = p[j].share;
             for (int r = 0; r < n; ++r) x[r] = x[r] + share * p[j].x[r], out.h[r] = out.h[r] + share * p[j].message.h[r];
-            for (int k = 0; k < packed_size(n); ++k) out.J[k] = out.J[k] + share * p[j].message.J[k];
+            for (int k = 0; k < packed_size(n); ++k)
+                out.J[k] = out.J[k] + share * p[j].message.J[k], P[k] = P[k] + share * p[j].P[k];
         }
-        for (int j = 0; j < m; ++j) {
-            const T share = p[j].weight * over;
+        for (int j = 0; j < m; ++j)
             for (int r = 0; r < n; ++r)
                 for (int q = 0; q <= r; ++q)
-                    P[packed(r, q)] = P[packed(r, q)] + share * (p[j].P[packed(r, q)] + (p[j].x[r] - x[r]) * (p[j].x[q] - x[q]));
-        }
+                    spread[packed(r, q)] = spread[packed(r, q)] + p[j].share * (p[j].x[r] - x[r]) * (p[j].x[q] - x[q]);
+        for (int k = 0; k < packed_size(n); ++k) P[k] = P[k] + spread[k];
         for (int r = 0; r < n; ++r) P[packed(r, r)] = P[packed(r, r)] * (1.0 + rounding_share(n));
-        probability[i] = total / sum;
-        widen(p, over, x, n, out);
+        integrate(n, spread, out);
         // its level such that under the filtered estimate it weighs what its pairs weigh together
         T fused[packed_size(L)], moved[L], gain = zero;
         const T log_det = parallel_sum<T>(n, &roots[i * packed_size(L)], out.J, fused);
         times(n, fused, out.h, moved);
         for (int k = 0; k < n; ++k) gain = gain + out.h[k] * moved[k];
-        const T mine = larger<T>(now.probability[i], splat<T>(1e-200));
-        out.s = logarithm<T>(total) - logarithm<T>(sum) - logarithm<T>(mine) - 0.5 * (gain - log_det);
+        const T mine = larger<T>(now.probability[i], splat<T>(1e-300));
+        out.s = log_weight - logarithm<T>(mine) - 0.5 * (gain - log_det);
     }
 };
 

@@ -53,7 +53,7 @@ template <class T> struct Scan {
 template <class T> struct Outcome {
     T log_likelihood, dof, nis;
     T pit[largest_measurement];
-    Mask<T> measured, gated, restarted, initialised;
+    Mask<T> measured, scored, gated, restarted, initialised;  // scored: its likelihood, NIS and PIT count
 };
 
 enum Detail { plain = 0, with_nis = 1, with_pit = 2 };
@@ -167,7 +167,7 @@ template <class T> class Step {
             const Mode<T> &mode = c.modes[j];
             const UpdateKernels<T> &k = mode.update;
             UpdateKernel<T> kernel = k.general;
-            if (spec.linear() && !m.full) kernel = spec.kind == SensorKind::position ? k.position : k.position_velocity;
+            if (spec.linear()) kernel = spec.kind == SensorKind::position ? k.position : k.position_velocity;
             else if (!spec.linear() && c.declared.unscented) kernel = k.unscented;
             kernel(spec, m, &predicted[mode.place], &s.arena[mode.place], innovations[j], detail != plain);
         }
@@ -204,7 +204,7 @@ template <class T> class Step {
         take_mask(to.started, from.started), take_mask(to.running, from.running);
         take(out.log_likelihood, part.log_likelihood), take(out.dof, part.dof), take(out.nis, part.nis);
         for (int r = 0; r < largest_measurement; ++r) take(out.pit[r], part.pit[r]);
-        take_mask(out.measured, part.measured), take_mask(out.gated, part.gated);
+        take_mask(out.measured, part.measured), take_mask(out.scored, part.scored), take_mask(out.gated, part.gated);
         take_mask(out.restarted, part.restarted), take_mask(out.initialised, part.initialised);
     }
 
@@ -221,8 +221,12 @@ template <class T> class Step {
         out.dof = dof;
         out.measured = dof > zero;
         out.gated = out.restarted = out.initialised = splat_mask<T>(false);
+        out.scored = out.measured & s.running;
         if (detail & with_nis) out.nis = matched_nis(spec.rows, m.present);
-        if (detail & with_pit) transform(spec.rows, m.present, out.pit);
+        if (detail & with_pit) {
+            for (auto &value : out.pit) value = nan_of<T>();
+            transform(spec.rows, m.present, out.pit);
+        }
         weigh(s, dof, out);
         if (c.declared.outlier_share > 0.0) gate(s, log_outlier, out);
         s.last_accepted = select<T>(out.measured & inverse(out.gated), s.time, s.last_accepted);
@@ -329,10 +333,10 @@ template <class T> class Step {
             s.running = (s.running & inverse(fresh)) | (fresh & done);
         }
         out.initialised = fresh | (second & s.running);
-        const Mask<T> counted = s.running & inverse(out.initialised);
         out.restarted = out.restarted & fresh;
-        out.log_likelihood = select<T>(counted | out.restarted, out.log_likelihood, splat<T>(0.0));
-        out.nis = select<T>(counted | out.restarted, out.nis, nan_of<T>());
+        const Mask<T> counted = out.scored | out.restarted;
+        out.log_likelihood = select<T>(counted, out.log_likelihood, splat<T>(0.0));
+        out.scored = out.scored & inverse(fresh);
         s.started = s.started | fresh;
         s.rejections = select<T>(fresh, splat<T>(0.0), s.rejections);
         s.last_accepted = select<T>(fresh | second, s.time, s.last_accepted);

@@ -31,7 +31,51 @@ template <class T> struct UpdateKernels {
     UpdateKernel<T> position, position_velocity, general, unscented;
 };
 
-// Position, or position and velocity, with independent errors: components of the state itself are measured.
+// A full R = L D L' with unit lower L makes the errors independent once each measured component of the state (and of z) has
+// L's multiples of those before it taken away; afterwards they are put back. Missing components take no part.
+template <class T, int A, int B, int N, int Rows> struct Decorrelate {
+    T L[packed_size(Rows)], D[Rows];
+    static constexpr int place(int r) { return (r % A) * B + r / A; }
+
+    explicit Decorrelate(const Measurement<T> &m) {
+        const T zero = splat<T>(0.0), one = splat<T>(1.0);
+        for (int r = 0; r < Rows; ++r)
+            for (int q = 0; q <= r; ++q) {
+                T sum = select<T>(m.present[r] & m.present[q], m.R[packed(r, q)], q == r ? one : zero);
+                for (int k = 0; k < q; ++k) sum = sum - L[packed(r, k)] * L[packed(q, k)] * D[k];
+                if (q == r) D[r] = sum, L[packed(r, r)] = one;
+                else L[packed(r, q)] = sum / D[q];
+            }
+    }
+
+    // Row r of the state loses (sign -1) or regains (sign 1) the multiples of the rows before it.
+    void turn(double sign, T *x, T *P) const {
+        for (int k = 0; k < Rows; ++k) {
+            const int r = sign < 0 ? k : Rows - 1 - k, p = place(r);
+            for (int q = 0; q < r; ++q) add(p, place(sign < 0 ? q : r - 1 - q), sign * L[packed(r, sign < 0 ? q : r - 1 - q)], x, P);
+        }
+    }
+
+    static void add(int p, int q, T l, T *x, T *P) {
+        x[p] = x[p] + l * x[q];
+        const T corner = P[packed(p, p)] + l * (2.0 * P[packed(p, q)] + l * P[packed(q, q)]);
+        for (int i = 0; i < N; ++i)
+            if (i != p) P[packed(p, i)] = P[packed(p, i)] + l * P[packed(q, i)];
+        P[packed(p, p)] = corner;
+    }
+};
+
+template <class T, int A, int B, int N, int Rows>
+[[gnu::noinline]] void independent(const Measurement<T> &m, double sign, T *x, T *P, T *z, T *R) {
+    const Decorrelate<T, A, B, N, Rows> change(m);
+    change.turn(sign, x, P);
+    for (int r = 0; r < Rows && sign < 0; ++r) {
+        R[r] = change.D[r];
+        for (int q = 0; q < r; ++q) z[r] = z[r] - select<T>(m.present[q], change.L[packed(r, q)] * z[q], splat<T>(0.0));
+    }
+}
+
+// Position, or position and velocity: components of the state itself are measured.
 template <class T, int A, int B, int N, bool Velocity>
 void update_direct(const SensorSpec &spec, const Measurement<T> &m, const T *in, T *out, Innovation<T> &v, bool detail) {
     constexpr int rows = Velocity ? 2 * A : A, size = packed_size(N);
@@ -46,20 +90,24 @@ void update_direct(const SensorSpec &spec, const Measurement<T> &m, const T *in,
             const int p = (r % A) * B + r / A;
             v.y[r] = select<T>(m.present[r], m.z[r] - in[p], zero);
             for (int q = 0; q <= r; ++q) {
-                const T S = in[N + packed(p, (q % A) * B + q / A)] + (q == r ? m.R[r] : zero);
+                const T noise = m.full ? m.R[packed(r, q)] : q == r ? m.R[r] : zero;
+                const T S = in[N + packed(p, (q % A) * B + q / A)] + noise;
                 v.joint[packed(r, q)] = select<T>(m.present[r] & m.present[q], S, q == r ? one : zero);
             }
         }
     }
-    T nis = zero, det = one;
+    T nis = zero, det = one, z[rows], R[rows];
+    JINK_UNROLL
+    for (int r = 0; r < rows; ++r) z[r] = m.z[r], R[r] = m.R[r];
+    if (m.full) independent<T, A, B, N, rows>(m, -1.0, x, P, z, R);
     JINK_UNROLL
     for (int r = 0; r < rows; ++r) {
         const int p = (r % A) * B + r / A;
-        const T S = P[packed(p, p)] + m.R[r];
+        const T S = P[packed(p, p)] + R[r];
         const T inverse_S = reciprocal(S);
-        const T e = select<T>(m.present[r], m.z[r] - x[p], zero);
+        const T e = select<T>(m.present[r], z[r] - x[p], zero);
         const T gain = select<T>(m.present[r], inverse_S, zero);
-        const T kept = select<T>(m.present[r], m.R[r] * inverse_S, one);
+        const T kept = select<T>(m.present[r], R[r] * inverse_S, one);
         const T scaled = gain * e;
         nis = nis + scaled * e;
         det = det * select<T>(m.present[r], S, one);
@@ -82,6 +130,7 @@ void update_direct(const SensorSpec &spec, const Measurement<T> &m, const T *in,
         }
     }
     (void)spec;
+    if (m.full) independent<T, A, B, N, rows>(m, 1.0, x, P, z, R);
     v.nis = nis, v.det = det;
     JINK_UNROLL
     for (int i = 0; i < N; ++i) out[i] = x[i];

@@ -48,7 +48,9 @@ class ConstantVelocity:
         self._noise()
 
     def _noise(self) -> tuple[str, PerAxis]:
-        name = exactly_one(type(self).__name__, acceleration_sd=self.acceleration_sd, acceleration_psd=self.acceleration_psd)
+        name = exactly_one(
+            type(self).__name__, acceleration_sd=self.acceleration_sd, acceleration_psd=self.acceleration_psd
+        )
         return name, getattr(self, name)
 
     def native(self, axes: int) -> NativeMode:
@@ -78,14 +80,20 @@ class ConstantAcceleration:
 
     def _noise(self) -> tuple[str, PerAxis]:
         name = exactly_one(
-            type(self).__name__, jerk_psd=self.jerk_psd, acceleration_increment_sd=self.acceleration_increment_sd
+            type(self).__name__,
+            jerk_psd=self.jerk_psd,
+            acceleration_increment_sd=self.acceleration_increment_sd,
         )
         return name, getattr(self, name)
 
     def native(self, axes: int) -> NativeMode:
         """What the engine runs."""
         name, value = self._noise()
-        prior = [v for a in per_axis("acceleration_prior_sd", self.acceleration_prior_sd, axes) for v in (0.0, 0.0, a * a)]
+        prior = [
+            v
+            for a in per_axis("acceleration_prior_sd", self.acceleration_prior_sd, axes)
+            for v in (0.0, 0.0, a * a)
+        ]
         return 1, _kind(name), PIECEWISE, axes, _variances(name, value, axes), prior
 
 
@@ -136,7 +144,9 @@ class CoordinatedTurn:
 
     def _noise(self) -> tuple[str, PerAxis, str, float]:
         owner = type(self).__name__
-        name = exactly_one(owner, acceleration_sd=self.acceleration_sd, acceleration_psd=self.acceleration_psd)
+        name = exactly_one(
+            owner, acceleration_sd=self.acceleration_sd, acceleration_psd=self.acceleration_psd
+        )
         turn = exactly_one(owner, turn_rate_sd=self.turn_rate_sd, turn_rate_psd=self.turn_rate_psd)
         return name, getattr(self, name), turn, getattr(self, turn)
 
@@ -145,7 +155,14 @@ class CoordinatedTurn:
         name, value, turn, turn_value = self._noise()
         _needs_a_plane(self, axes)
         parameters = [*_variances(name, value, axes), *_variances(turn, turn_value, 1)]
-        return 3, _kind(name), _kind(turn), axes, parameters, [0.0] * (2 * axes) + [self.turn_rate_prior_sd**2]
+        return (
+            3,
+            _kind(name),
+            _kind(turn),
+            axes,
+            parameters,
+            [0.0] * (2 * axes) + [self.turn_rate_prior_sd**2],
+        )
 
 
 @dataclass(frozen=True)
@@ -167,19 +184,30 @@ class KnownTurn:
         self._noise()
 
     def _noise(self) -> tuple[str, PerAxis]:
-        name = exactly_one(type(self).__name__, acceleration_sd=self.acceleration_sd, acceleration_psd=self.acceleration_psd)
+        name = exactly_one(
+            type(self).__name__, acceleration_sd=self.acceleration_sd, acceleration_psd=self.acceleration_psd
+        )
         return name, getattr(self, name)
 
     def native(self, axes: int) -> NativeMode:
         """What the engine runs."""
         name, value = self._noise()
         _needs_a_plane(self, axes)
-        return 4, _kind(name), PIECEWISE, axes, [*_variances(name, value, axes), float(self.turn_rate)], [0.0] * (2 * axes)
+        return (
+            4,
+            _kind(name),
+            PIECEWISE,
+            axes,
+            [*_variances(name, value, axes), float(self.turn_rate)],
+            [0.0] * (2 * axes),
+        )
 
 
 def _needs_a_plane(motion: object, axes: int) -> None:
     if axes < 2:
-        raise ValueError(f"{type(motion).__name__}: turns in a plane, and the sensor has 1 axis; expected 2 or 3")
+        raise ValueError(
+            f"{type(motion).__name__}: turns in a plane, and the sensor has 1 axis; expected 2 or 3"
+        )
 
 
 Motion = ConstantVelocity | ConstantAcceleration | Singer | CoordinatedTurn | KnownTurn
@@ -194,7 +222,9 @@ def mode_names(motions: Sequence[object]) -> tuple[str, ...]:
     names: list[str] = []
     for motion in motions:
         name = str(getattr(motion, "name", type(motion).__name__))
-        seen = sum(1 for n in names if n == name or n.rpartition("_")[0] == name and n.rpartition("_")[2].isdigit())
+        seen = sum(
+            1 for n in names if n == name or n.rpartition("_")[0] == name and n.rpartition("_")[2].isdigit()
+        )
         names.append(name if not seen else f"{name}_{seen + 1}")
     return tuple(names)
 

@@ -31,7 +31,9 @@ class Outliers:
             positive("Outliers.extent", extent)
         positive("Outliers.velocity_extent", self.velocity_extent)
         if int(self.restart_after) != self.restart_after or self.restart_after < 0:
-            raise ValueError(f"Outliers.restart_after: expected a whole number of rows, got {self.restart_after!r}")
+            raise ValueError(
+                f"Outliers.restart_after: expected a whole number of rows, got {self.restart_after!r}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,13 +82,17 @@ class Sojourn:
         """G (M, M), 1/s. Errors: ValueError for the wrong number of modes or rows that do not sum to one."""
         rates = [1.0 / positive("Sojourn.seconds", s) for s in self.seconds]
         if len(rates) != modes:
-            raise ValueError(f"Sojourn.seconds: expected one number for each of {modes} modes, got {len(rates)}")
+            raise ValueError(
+                f"Sojourn.seconds: expected one number for each of {modes} modes, got {len(rates)}"
+            )
         if self.to is None:
             to = (np.ones((modes, modes)) - np.eye(modes)) / max(modes - 1, 1)
         else:
             to = np.asarray(self.to, dtype=float)
             if to.shape != (modes, modes) or np.any(to < 0) or np.any(np.diag(to) != 0):
-                raise ValueError(f"Sojourn.to: expected a {modes} by {modes} matrix without negative entries, its diagonal zero")
+                raise ValueError(
+                    f"Sojourn.to: expected a {modes} by {modes} matrix without negative entries, its diagonal zero"
+                )
             if modes > 1 and not np.allclose(to.sum(axis=1), 1):
                 raise ValueError(f"Sojourn.to: rows must sum to one, got {to.sum(axis=1)}")
         return np.asarray(rates)[:, None] * (to - np.eye(modes)) if modes > 1 else np.zeros((1, 1))
@@ -105,13 +111,19 @@ def transition_rule(transition: object, step: float | None, modes: int) -> tuple
         if not 0 < stay <= 1:
             raise ValueError(f"transition: a stay probability lies above 0 and at most at 1, got {stay:g}")
         others = (1 - stay) / max(modes - 1, 1)
-        matrix = np.full((modes, modes), others) + (stay - others) * np.eye(modes) if modes > 1 else np.ones((1, 1))
+        matrix = (
+            np.full((modes, modes), others) + (stay - others) * np.eye(modes)
+            if modes > 1
+            else np.ones((1, 1))
+        )
     if matrix.shape != (modes, modes):
         raise ValueError(f"transition: expected a {modes} by {modes} matrix, got shape {matrix.shape}")
     if np.any(~np.isfinite(matrix)) or np.any(matrix < 0):
         raise ValueError("transition: has negative or non-finite entries")
     if not np.allclose(matrix.sum(axis=1), 1, atol=1e-9):
-        raise ValueError(f"transition: transition[i, j] = p(j | i), so each row must sum to one; got {matrix.sum(axis=1)}")
+        raise ValueError(
+            f"transition: transition[i, j] = p(j | i), so each row must sum to one; got {matrix.sum(axis=1)}"
+        )
     if np.any(matrix.sum(axis=0) == 0):
         raise ValueError(f"transition: mode {int(np.argmin(matrix.sum(axis=0)))} cannot be reached")
     if step is None:
@@ -125,7 +137,9 @@ def _matrix_log(matrix: Array) -> Array:
         G = (vectors * np.log(values.astype(complex))) @ np.linalg.inv(vectors)
     off = G.real - np.diag(np.diag(G.real))
     if not np.all(np.isfinite(G)) or np.abs(G.imag).max() > 1e-9 or off.min() < -1e-9:
-        raise ValueError("transition: no continuous-time chain gives this matrix over transition_step; give a jink.Sojourn")
+        raise ValueError(
+            "transition: no continuous-time chain gives this matrix over transition_step; give a jink.Sojourn"
+        )
     off = np.maximum(off, 0)
     return off - np.diag(off.sum(axis=1))
 

@@ -100,7 +100,13 @@ class PositionVelocity:
 
     @staticmethod
     def from_speed_course(
-        position: ArrayLike, speed: ArrayLike, course: ArrayLike, *, sd: float, speed_sd: float, course_sd: float
+        position: ArrayLike,
+        speed: ArrayLike,
+        course: ArrayLike,
+        *,
+        sd: float,
+        speed_sd: float,
+        course_sd: float,
     ) -> tuple[np.ndarray, np.ndarray]:
         """z (N, 4) and covariance (N, 4, 4) from positions (N, 2), speeds (m/s) and courses (rad clockwise from +y).
 
@@ -176,7 +182,9 @@ class Polar:
         if self.axes is None:
             object.__setattr__(self, "axes", 3 if spatial else 2)
         if self.axes == 2 and spatial:
-            raise ValueError("Polar: axes=2 has no vertical for elevation_sd or height_sd to measure; expected axes=3")
+            raise ValueError(
+                "Polar: axes=2 has no vertical for elevation_sd or height_sd to measure; expected axes=3"
+            )
         if self.method not in ("ekf", "converted"):
             raise ValueError(f"method: expected 'ekf' or 'converted', got {self.method!r}")
         if self.method == "converted" and self.range_rate_sd is not None:
@@ -189,7 +197,13 @@ class Polar:
     def components(self) -> tuple[str, ...]:
         """Names of the columns of z."""
         names = ["range", "azimuth"]
-        names += ["elevation"] if self.elevation_sd is not None else ["height"] if self.height_sd is not None else []
+        names += (
+            ["elevation"]
+            if self.elevation_sd is not None
+            else ["height"]
+            if self.height_sd is not None
+            else []
+        )
         return (*names, "range_rate") if self.range_rate_sd is not None else tuple(names)
 
     def native(self, outliers: Outliers | None = None) -> NativeSensor:
@@ -204,7 +218,19 @@ class Polar:
         extent = _extents(outliers, "p" * axes if converted else "".join(kinds[c] for c in self.components))
         doppler = self.range_rate_sd is not None
         north = _reference(self.reference)
-        return 3, axes, len(noise), vertical, doppler, north, False, converted, _site(self.site), noise, extent
+        return (
+            3,
+            axes,
+            len(noise),
+            vertical,
+            doppler,
+            north,
+            False,
+            converted,
+            _site(self.site),
+            noise,
+            extent,
+        )
 
 
 def _reference(reference: str) -> bool:
@@ -232,7 +258,9 @@ def _extents(outliers: Outliers | None, kinds: str) -> list[float]:
         return [0.0] * len(kinds)
     if isinstance(outliers.extent, Sequence):
         if len(outliers.extent) != len(kinds):
-            raise ValueError(f"Outliers.extent: expected one number or {len(kinds)} of them, got {len(outliers.extent)}")
+            raise ValueError(
+                f"Outliers.extent: expected one number or {len(kinds)} of them, got {len(outliers.extent)}"
+            )
         return [log(positive("Outliers.extent", e)) for e in outliers.extent]
     each = {"p": log(outliers.extent), "v": log(outliers.velocity_extent), "a": log(2 * pi)}
     return [each[kind] for kind in kinds]

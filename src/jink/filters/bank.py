@@ -16,7 +16,17 @@ from ..times import seconds
 from .estimate import Estimate
 from .live import LiveBatch
 
-OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "log_likelihood_scan", "nis", "nis_dof", "pit", "status")
+OUTPUTS = (
+    "x",
+    "P",
+    "mode_probability",
+    "log_likelihood",
+    "log_likelihood_scan",
+    "nis",
+    "nis_dof",
+    "pit",
+    "status",
+)
 DEFAULT_OUTPUTS = tuple(name for name in OUTPUTS if name != "pit")
 
 
@@ -45,8 +55,14 @@ class Bank:
         if mixing not in ("prior", "unbiased"):
             raise ValueError(f"mixing: expected 'prior' or 'unbiased', got {mixing!r}")
         if not isinstance(self.initial, TwoPoint | OnePoint | Prior):
-            raise TypeError(f"initial: expected jink.TwoPoint, OnePoint or Prior, got {type(self.initial).__name__}")
-        start = 1000.0 if isinstance(self.initial, Prior) else positive("initial.velocity_sd", self.initial.velocity_sd)
+            raise TypeError(
+                f"initial: expected jink.TwoPoint, OnePoint or Prior, got {type(self.initial).__name__}"
+            )
+        start = (
+            1000.0
+            if isinstance(self.initial, Prior)
+            else positive("initial.velocity_sd", self.initial.velocity_sd)
+        )
         rules = (
             continuous,
             matrix.ravel().tolist(),
@@ -61,7 +77,9 @@ class Bank:
         )
         if all(hasattr(part, "native") for part in (*self.motions, *self.sensors)):
             modes_native = [m.native(axes) for m in self.motions]
-            self._engine = _engine.Engine(modes_native, [s.native(self.outliers) for s in self.sensors], *rules)
+            self._engine = _engine.Engine(
+                modes_native, [s.native(self.outliers) for s in self.sensors], *rules
+            )
         else:
             from .stepwise import Stepwise
 
@@ -110,7 +128,9 @@ class Bank:
         estimate of the same shapes to write into, which saves the system's clearing of new memory when filtering again and again.
         Errors: ValueError or TypeError naming the argument, and the row where there is one.
         """
-        return self._run(time, z, offsets, sensor, covariance, input, initial, threads, outputs, out, smooth=False)
+        return self._run(
+            time, z, offsets, sensor, covariance, input, initial, threads, outputs, out, smooth=False
+        )
 
     def smooth(
         self,
@@ -130,9 +150,18 @@ class Bank:
 
         log_likelihood, nis, pit and status are the filter's. Method: :mod:`jink.smoothing`.
         """
-        return self._run(time, z, offsets, sensor, covariance, input, initial, threads, outputs, out, smooth=True)
+        return self._run(
+            time, z, offsets, sensor, covariance, input, initial, threads, outputs, out, smooth=True
+        )
 
-    def start(self, n: int | None = None, *, lag: int = 0, state: bytes | None = None, outputs: Sequence[str] | None = None) -> Any:
+    def start(
+        self,
+        n: int | None = None,
+        *,
+        lag: int = 0,
+        state: bytes | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> Any:
         """Track live: one target, or n at once.
 
         ``live.update(t, z)`` returns the current estimate, ``live.predict(t)`` one at another time; with a ``lag`` of so many scans
@@ -228,9 +257,13 @@ class Bank:
             return None
         index = np.asarray(sensor)
         if index.shape != (n,) or index.dtype.kind not in "iu":
-            raise ValueError(f"sensor: expected {n} integers, one per row, got {index.dtype} of shape {index.shape}")
+            raise ValueError(
+                f"sensor: expected {n} integers, one per row, got {index.dtype} of shape {index.shape}"
+            )
         if n and (index.min() < 0 or index.max() >= len(self.sensors)):
-            raise ValueError(f"sensor: expected indices 0 to {len(self.sensors) - 1}, got {index.min()} to {index.max()}")
+            raise ValueError(
+                f"sensor: expected indices 0 to {len(self.sensors) - 1}, got {index.min()} to {index.max()}"
+            )
         return np.ascontiguousarray(index, dtype=np.int32)
 
     def _prior(self, prior: Prior, tracks: int) -> tuple[Array, Array]:
@@ -260,7 +293,9 @@ def as_sensors(sensor: Sensor | Sequence[Sensor]) -> tuple[Sensor, ...]:
         raise ValueError("sensor: expected at least one")
     for s in sensors:
         if not hasattr(s, "native") and not callable(getattr(s, "h", None)):
-            raise TypeError(f"sensor: expected one of jink's sensors or one with h(x), got {type(s).__name__}")
+            raise TypeError(
+                f"sensor: expected one of jink's sensors or one with h(x), got {type(s).__name__}"
+            )
     axes = [str(s.axes) for s in sensors if getattr(s, "axes", None)]
     if len(set(axes)) > 1:
         raise ValueError(f"sensor: all must have the same axes, got {', '.join(axes)}")
@@ -276,7 +311,9 @@ def measurements(z: ArrayLike, columns: int) -> Array:
     if array.ndim == 1 and columns == 1:
         array = array[:, None]
     if array.ndim != 2 or array.shape[1] != columns:
-        raise ValueError(f"z: expected shape (N, {columns}), one column per measured component, got {array.shape}")
+        raise ValueError(
+            f"z: expected shape (N, {columns}), one column per measured component, got {array.shape}"
+        )
     return np.ascontiguousarray(array)
 
 
@@ -295,7 +332,9 @@ def _offsets(offsets: ArrayLike | None, n: int) -> NDArray[np.int64]:
         raise ValueError("offsets: expected whole numbers (B + 1,)")
     bounds = np.ascontiguousarray(bounds, dtype=np.int64)
     if bounds[0] != 0 or bounds[-1] != n or np.any(np.diff(bounds) < 0):
-        raise ValueError(f"offsets: expected to rise from 0 to the number of rows {n}, got {bounds[0]} to {bounds[-1]}")
+        raise ValueError(
+            f"offsets: expected to rise from 0 to the number of rows {n}, got {bounds[0]} to {bounds[-1]}"
+        )
     return bounds
 
 
@@ -304,7 +343,9 @@ def _row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | No
         return None
     R = np.ascontiguousarray(covariance, dtype=float)
     if R.shape not in ((n, columns), (n, columns, columns)):
-        raise ValueError(f"covariance: expected ({n}, {columns}, {columns}), or ({n}, {columns}) variances, got {R.shape}")
+        raise ValueError(
+            f"covariance: expected ({n}, {columns}, {columns}), or ({n}, {columns}) variances, got {R.shape}"
+        )
     diagonal = R if R.ndim == 2 else np.diagonal(R, axis1=1, axis2=2)
     bad = ~(np.isfinite(diagonal) & (diagonal > 0)).all(axis=1)
     if bad.any():

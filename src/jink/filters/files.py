@@ -44,7 +44,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: is no JSON filter file ({error})") from None
     if not isinstance(body, dict) or body.get("jink") != "filter":
-        raise ValueError(f"{path}: is no jink filter file; expected an object with \"jink\": \"filter\"")
+        raise ValueError(f'{path}: is no jink filter file; expected an object with "jink": "filter"')
     if body.get("version") != VERSION:
         raise ValueError(f"{path}: is of version {body.get('version')!r}; this jink reads version {VERSION}")
     if body.get("units") != "SI":
@@ -71,13 +71,18 @@ def _builders() -> dict[str, Callable[[list[Any], list[Any], dict[str, Any]], An
     from .imm import IMM
     from .kalman import Kalman
 
-    return {"Kalman": lambda m, s, named: Kalman(m[0], s, **named), "IMM": lambda m, s, named: IMM(m, s, **named)}
+    return {
+        "Kalman": lambda m, s, named: Kalman(m[0], s, **named),
+        "IMM": lambda m, s, named: IMM(m, s, **named),
+    }
 
 
 def _plain(value: Any) -> Any:
     if is_dataclass(value) and not isinstance(value, type):
         if type(value).__name__ not in KINDS:
-            raise TypeError(f"{type(value).__name__}: a model of your own is code and cannot be saved to a file")
+            raise TypeError(
+                f"{type(value).__name__}: a model of your own is code and cannot be saved to a file"
+            )
         given = {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
         return {"kind": type(value).__name__, **{k: v for k, v in given.items() if v is not None}}
     if isinstance(value, np.ndarray | np.generic):

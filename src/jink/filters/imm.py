@@ -41,7 +41,11 @@ class IMM(Bank):
         self.motions, self.sensors = tuple(motions), as_sensors(sensor)
         if not self.motions:
             raise ValueError("motions: expected at least one motion model")
-        self.transition, self.transition_step, self.mode_probability = transition, transition_step, mode_probability
+        self.transition, self.transition_step, self.mode_probability = (
+            transition,
+            transition_step,
+            mode_probability,
+        )
         self.mixing, self.linearisation, self.outliers, self.coast = mixing, linearisation, outliers, coast
         self.initial = initial if initial is not None else TwoPoint()
         self._prepare(

@@ -28,7 +28,9 @@ class LiveBatch:
             raise ValueError(f"outputs: {unknown[0]!r} is none of {', '.join(OUTPUTS)}")
         k, m = len(bank.components), len(bank.motions)
         shapes = {"x": (n, k), "P": (n, k, k), "mode_probability": (n, m)}
-        self._shapes = {name: shapes.get(name, (n,)) for name in OUTPUTS if name in wanted and name != "status"}
+        self._shapes = {
+            name: shapes.get(name, (n,)) for name in OUTPUTS if name in wanted and name != "status"
+        }
         self._last = np.full(n, -np.inf)
 
     def update(
@@ -59,11 +61,15 @@ class LiveBatch:
     def predict(self, t: ArrayLike) -> Estimate:
         """Where the targets will be at time t, one for all or (n,); the live state is not touched."""
         empty = np.empty((0, self._columns))
-        return self._call(np.atleast_1d(np.asarray(seconds(t), dtype=float)), empty, None, None, None, predict_only=True)
+        return self._call(
+            np.atleast_1d(np.asarray(seconds(t), dtype=float)), empty, None, None, None, predict_only=True
+        )
 
     def begin(self, target: int, x: ArrayLike, P: ArrayLike, time: float) -> None:
         """Start one target from a given state at a time."""
-        self._live.begin(target, np.ascontiguousarray(x, dtype=float), np.ascontiguousarray(P, dtype=float), time)
+        self._live.begin(
+            target, np.ascontiguousarray(x, dtype=float), np.ascontiguousarray(P, dtype=float), time
+        )
 
     def reset(self, target: int) -> None:
         """Forget one target; its next position starts a new one."""
@@ -86,7 +92,9 @@ class LiveBatch:
         self._last = np.array(np.broadcast_to(times, (self.n,)))
         return times
 
-    def _call(self, times: Any, rows: Any, which: Any, noise: Any, known: Any, *, predict_only: bool) -> Estimate:
+    def _call(
+        self, times: Any, rows: Any, which: Any, noise: Any, known: Any, *, predict_only: bool
+    ) -> Estimate:
         results: dict[str, Any] = {name: np.empty(shape) for name, shape in self._shapes.items()}
         status = np.empty(self.n, dtype=np.uint8)
         slots = [*(results.get(name) for name in OUTPUTS[:-1]), status]
