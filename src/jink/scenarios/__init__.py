@@ -1,0 +1,19 @@
+"""Truth to test and train on: `SCENARIOS` by name; `scenario(name)` finds one or says which there are."""
+
+from .papers import choi, lee_and_wang
+from .random import families
+from .scenario import Scenario, Simulation, unknown
+from .sensing import RADARS, Observation, Schedule
+
+SCENARIOS: dict[str, Scenario] = {
+    each.name: each for group in (lee_and_wang(), choi(), families()) for each in group
+}
+
+__all__ = ["RADARS", "SCENARIOS", "Observation", "Scenario", "Schedule", "Simulation", "scenario"]
+
+
+def scenario(name: str) -> Scenario:
+    """The scenario of this name. Errors: ValueError naming the nearest and all."""
+    if name not in SCENARIOS:
+        raise ValueError(unknown("scenario", name, SCENARIOS))
+    return SCENARIOS[name]
