@@ -12,7 +12,7 @@ KINEMATIC = (*(f"{c}{axis}" for axis in "xyz" for c in "pva"), "turn_rate")
 
 
 def union(modes: Sequence[Mode]) -> tuple[str, ...]:
-    """The components an estimate is reported in: px vx (ax) py ..., the turn rate, then those of the user's own names.
+    """The components reported: px vx (ax) py ..., the turn rate, then those of the user's own names.
 
     Where all modes have the same components they are left as they are.
     """
@@ -25,8 +25,8 @@ def union(modes: Sequence[Mode]) -> tuple[str, ...]:
 class Seen:
     """A mode's state in given components: those it has, and what its kinematics say of those it lacks.
 
-    In a turn the acceleration is ω × v; with an acceleration the turn rate is (v × a)/|v|²; a constant velocity has neither.
-    ``unknown``: the places of components it says nothing of.
+    In a turn the acceleration is ω × v; with an acceleration the turn rate is (v × a)/|v|²; a constant
+    velocity has neither. ``unknown``: the places of components it says nothing of.
     """
 
     def __init__(self, mode: Mode, names: Sequence[str]) -> None:

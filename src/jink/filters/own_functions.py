@@ -31,7 +31,7 @@ def at_scan(k: int) -> Iterator[None]:
 
 
 def checked(name: str, value: Any, shape: tuple[int, ...], given: str) -> Array:
-    """A function's value as finite floats of the expected shape. Errors: ModelError naming the function and what came."""
+    """A function's value as finite floats of the expected shape. Errors: ModelError naming both."""
     try:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
@@ -57,8 +57,8 @@ def call(name: str, function: Callable[..., Any], *arguments: Any) -> Any:
 class StepFunction:
     """f(x, dt), Q(dt) and the like for a whole batch: x (B, n), dt (B,), result (B, *shape).
 
-    Written for arrays it is called once; written for one elapsed time (dt a float) once for each that occurs. Which it is
-    is found out by trying it, on made-up states, when the filter is built.
+    Written for arrays it is called once; written for one elapsed time (dt a float) once for each that occurs.
+    Which it is is found out by trying it, on made-up states, when the filter is built.
     Errors: ValueError if it fits neither, with what happened.
     """
 
@@ -86,13 +86,14 @@ class StepFunction:
             result = self._once(x, dt, dt)
         else:
             result = np.empty((len(dt), *self.shape))
-            for step in np.unique(dt):
-                rows = np.flatnonzero(dt == step)
-                result[rows] = self._once(x[rows], dt[rows], float(step))
+            order = np.argsort(dt, kind="stable")
+            for rows in np.split(order, np.flatnonzero(np.diff(dt[order])) + 1):
+                if len(rows):
+                    result[rows] = self._once(x[rows], dt[rows], float(dt[rows[0]]))
         return checked(self.name, result, (len(dt), *self.shape), self._given(x, dt))
 
     def _once(self, x: Array, dt: Array, step: Any) -> Array:
-        value = call(self.name, self.function, *((x, step) if self.of_state else (step,)))
+        value = call(self.name, self.function, *((x.copy(), step) if self.of_state else (step,)))
         array = np.asarray(value, dtype=float)
         shape = (len(dt), *self.shape)
         if array.shape == self.shape and not isinstance(step, np.ndarray) and len(self.shape) == 2:
@@ -112,14 +113,17 @@ class StepFunction:
             warnings.simplefilter("error")
             try:
                 return compute(), ""
+            except ModelError as error:
+                return None, str(error).partition(": ")[2]
             except Exception as error:
-                return None, f"{type(error).__name__}: {error}"
+                return None, f"raised {type(error).__name__}: {error}"
 
 
 def jacobian_by_differences(function: Batch, x: Array, P: Array) -> Array:
     """dg/dx (B, m, n) of a batch function g by central differences of fourth order, without complex numbers.
 
-    g' = (8 (g(x + h) − g(x − h)) − (g(x + 2h) − g(x − 2h))) / 12h, h a thousandth of the state's sd, or what rounding asks for.
+    g' = (8 (g(x + h) − g(x − h)) − (g(x + 2h) − g(x − 2h))) / 12h, h a thousandth of the state's sd, or what
+    rounding asks for.
     """
     tracks, n = x.shape
     sd = np.sqrt(np.einsum("bii->bi", P))
@@ -135,9 +139,9 @@ def jacobian_by_differences(function: Batch, x: Array, P: Array) -> Array:
 
 
 def regression(function: Batch, x: Array, P: Array) -> tuple[Array, Array, Array]:
-    """The mean (B, m) of g over the 2n symmetric points x ± √n Lᵢ, the slopes (B, m, n) of g on x, and the spread they leave.
+    """Mean (B, m) of g over the 2n points x ± √n Lᵢ, slopes (B, m, n) of g on x, the spread they leave.
 
-    Mean and slopes and spread belong together: the covariance of g is slopes P slopesᵀ + spread. As the engine's.
+    They belong together: the covariance of g is slopes P slopesᵀ + spread. The points are the engine's.
     """
     tracks, n = x.shape
     L = _engine.native.root(np.ascontiguousarray(P))

@@ -1,4 +1,4 @@
-"""Motion models as the stepwise filters see them: named components, and a linearisation over a batch of tracks."""
+"""Motion models as the stepwise filters see them: named components, and a linearisation over many tracks."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -12,7 +12,7 @@ from .own_functions import Array, StepFunction, jacobian_by_differences, regress
 
 
 class Mode(Protocol):
-    """One motion model: the names of its components, their prior variances (NaN where none is given), its linearisation."""
+    """One motion model: its components, their prior variances (NaN where none given), its linearisation."""
 
     owner: str
     components: tuple[str, ...]
@@ -40,19 +40,20 @@ class LibraryMode:
 
 
 class OwnMode:
-    """A motion model of the user's own: f(x, dt), Q(dt), optionally jacobian(x, dt), G(dt), components, prior_variance.
+    """A motion model of the user's own: f(x, dt), Q(dt); optionally jacobian, G, components, prior_variance.
 
     Over no time nothing moves: the functions are not asked about dt = 0.
     """
 
-    known_turn = None
+    known_turn: float | None = None
 
     def __init__(self, motion: Any, axes: int, unscented: bool) -> None:
         self.owner = type(motion).__name__
         for name in ("f", "Q"):
             if not callable(getattr(motion, name, None)):
                 raise TypeError(
-                    f"motions: expected one of jink's motion models or one with f(x, dt) and Q(dt), got {self.owner}"
+                    f"motions: expected one of jink's motion models or one with f(x, dt) and Q(dt), "
+                    f"got {self.owner}"
                 )
         self.components = _components(motion, self.owner, axes)
         self.prior = _prior(motion, self.owner, self.components)
@@ -119,8 +120,8 @@ def _components(motion: Any, owner: str, axes: int) -> tuple[str, ...]:
         per = {2 * axes: "pv", 3 * axes: "pva"}.get(n)
         if per is None:
             raise ValueError(
-                f"{owner}: has {n} components in {axes} axes; name them with an attribute components, such as "
-                '("px", "vx", "py", "vy", "turn_rate")'
+                f"{owner}: has {n} components in {axes} axes; name them with an attribute components, "
+                'such as ("px", "vx", "py", "vy", "turn_rate")'
             )
         return tuple(f"{c}{axis}" for axis in "xyz"[:axes] for c in per)
     names = tuple(given)

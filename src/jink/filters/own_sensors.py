@@ -11,13 +11,13 @@ from .. import _engine
 from ..arguments import covariance, positive
 from ..noise import Outliers
 from .own_components import Seen, union
-from .own_functions import Array, call, checked, jacobian_by_differences, regression
+from .own_functions import Array, ModelError, call, checked, jacobian_by_differences, regression
 from .own_modes import Mode
 
 
 @dataclass
 class Fix:
-    """Positions to start tracks from: which rows have one, which a velocity too; p, v (B, axes) and covariances P, V."""
+    """Positions to start tracks from: which rows have one, or a velocity; p, v (B, axes), their P, V."""
 
     position: Array
     velocity: Array
@@ -32,7 +32,7 @@ class Fix:
 
 
 class Look(Protocol):
-    """What a sensor of jink and one of the user's own have in common; h and its Jacobian are of states in ``state``."""
+    """What jink's sensors and one's own have in common; h and its Jacobian are of states in ``state``."""
 
     owner: str
     rows: int
@@ -107,8 +107,8 @@ class LibrarySensor:
         self.starts = kind in (0, 1) or (kind == 3 and (self.axes == 2 or vertical > 0))
         self.R = np.zeros((self.rows, self.rows))
         if correlated:
-            for k, (r, q) in enumerate((r, q) for r in range(self.rows) for q in range(r + 1)):
-                self.R[r, q] = self.R[q, r] = noise[k]
+            lower = np.tril_indices(self.rows)
+            self.R[lower] = self.R.T[lower] = noise
         else:
             np.fill_diagonal(self.R, noise)
         self.log_extent = np.array(extent)
@@ -144,26 +144,26 @@ class LibrarySensor:
 
 
 class OwnSensor:
-    """A sensor of the user's own: h(x), R, optionally rows, jacobian(x), residual(z, h), state, extent.
+    """A sensor of the user's own: h(x), R; optionally rows, jacobian, residual, position, state, extent.
 
-    It cannot start a track by itself: that takes a :class:`jink.Prior` or another sensor.
+    Without ``position`` it cannot start a track: that takes a :class:`jink.Prior` or another sensor.
     """
 
     linear = False
-    starts = False
 
-    def __init__(self, sensor: Any, modes: Sequence[Mode], outliers: Outliers | None) -> None:
-        self.owner, self._sensor = type(sensor).__name__, sensor
-        R = np.asarray(getattr(sensor, "R", None), dtype=float)
+    def __init__(self, sensor: Any, modes: Sequence[Mode], axes: int, outliers: Outliers | None) -> None:
+        self.owner, self._sensor, self._axes = type(sensor).__name__, sensor, axes
+        self.starts: bool = callable(getattr(sensor, "position", None))
+        try:
+            R = np.asarray(sensor.R, dtype=float)
+        except (AttributeError, TypeError, ValueError):
+            R = np.zeros(())
         if R.ndim not in (1, 2):
-            raise ValueError(
-                f"{self.owner}.R: expected (m,) variances or an (m, m) covariance, got {getattr(sensor, 'R', None)!r}"
-            )
+            raise ValueError(f"{self.owner}.R: expected variances (m,) or a covariance (m, m)")
         self.rows = int(getattr(sensor, "rows", len(R)))
         self.R = covariance(f"{self.owner}.R", R if R.ndim == 2 else np.diag(R), self.rows)
         self.state = self.needs = self._state(modes)
         self.log_extent = self._extent(outliers)
-        self.h_name = f"{self.owner}.h"
 
     def _state(self, modes: Sequence[Mode]) -> tuple[str, ...]:
         given = getattr(self._sensor, "state", None)
@@ -171,8 +171,8 @@ class OwnSensor:
             return tuple(given)
         if len({mode.components for mode in modes}) > 1:
             raise ValueError(
-                f"{self.owner}: the modes have different states ({', '.join(union(modes))} together); say what h(x) is a "
-                'function of with an attribute state, such as ("px", "vx", "py", "vy")'
+                f"{self.owner}: the modes have different states ({', '.join(union(modes))} together); "
+                'say what h(x) is a function of with an attribute state, such as ("px", "vx", "py", "vy")'
             )
         return modes[0].components
 
@@ -182,16 +182,18 @@ class OwnSensor:
         extent = getattr(self._sensor, "extent", outliers.extent)
         if np.shape(extent) != (self.rows,):
             raise ValueError(
-                f"{self.owner}.extent: with outliers expected {self.rows} numbers, how far each component may lie"
+                f"{self.owner}.extent: with outliers expected {self.rows} numbers, how far each component "
+                "may lie"
             )
-        return np.array([log(positive(f"{self.owner}.extent", e)) for e in extent])
+        return np.array([log(positive(f"{self.owner}.extent", e)) for e in np.atleast_1d(extent)])
 
     def h(self, X: Array) -> Array:
         """As :class:`Look`."""
-        value = call(self.h_name, self._sensor.h, X)
+        name = f"{self.owner}.h"
+        value = call(name, self._sensor.h, X.copy())
         if self.rows == 1 and np.shape(value) == (len(X),):
             value = np.asarray(value)[:, None]
-        return checked(self.h_name, value, (len(X), self.rows), f"x {X.shape}")
+        return checked(name, value, (len(X), self.rows), f"x {X.shape}")
 
     def jacobian(self, X: Array) -> Array | None:
         """As :class:`Look`."""
@@ -199,7 +201,7 @@ class OwnSensor:
         if function is None:
             return None
         name, shape = f"{self.owner}.jacobian", (len(X), self.rows, X.shape[1])
-        value = np.asarray(call(name, function, X), dtype=float)
+        value = np.asarray(call(name, function, X.copy()), dtype=float)
         return checked(
             name, np.broadcast_to(value, shape) if value.shape == shape[1:] else value, shape, f"x {X.shape}"
         )
@@ -210,16 +212,34 @@ class OwnSensor:
         if function is None:
             return z - h
         name = f"{self.owner}.residual"
-        return checked(name, call(name, function, z, h), z.shape, f"z and h {z.shape}")
+        return checked(name, call(name, function, z.copy(), h.copy()), z.shape, f"z and h {z.shape}")
 
     def convert(self, z: Array, R: Array, present: Array) -> tuple[Array, Array, Array]:
         """As :class:`Look`."""
         return z, R, present
 
     def fix(self, z: Array, R: Array, present: Array) -> Fix:
-        """As :class:`Look`: never one."""
-        none, empty = np.zeros(len(z), dtype=bool), np.zeros((len(z), 1))
-        return Fix(none, none, empty, empty, empty[:, :, None], empty[:, :, None])
+        """As :class:`Look`: where every component is present, if the sensor has ``position``."""
+        tracks, axes, name = len(z), self._axes, f"{self.owner}.position"
+        found = np.asarray(present.all(axis=1) & self.starts)
+        p, P = np.zeros((tracks, axes)), np.zeros((tracks, axes, axes))
+        rows = np.flatnonzero(found)
+        if len(rows):
+            value = call(name, self._sensor.position, z[rows], R[rows])
+            if not isinstance(value, tuple) or len(value) != 2:
+                raise ModelError(
+                    f"{name}: expected a position and its covariance, got {type(value).__name__}"
+                )
+            p[rows] = checked(name, value[0], (len(rows), axes), f"z {z[rows].shape}")
+            P[rows] = checked(name, value[1], (len(rows), axes, axes), f"z {z[rows].shape}")
+        return Fix(
+            found,
+            np.zeros(tracks, dtype=bool),
+            p,
+            np.zeros((tracks, axes)),
+            P,
+            np.zeros((tracks, axes, axes)),
+        )
 
 
 class View:
@@ -231,13 +251,14 @@ class View:
         for k in self._seen.unknown:
             if look.state[k] in look.needs:
                 raise ValueError(
-                    f"{look.owner}: measures by {look.state[k]}, which {mode.owner} ({', '.join(mode.components)}) lacks"
+                    f"{look.owner}: measures by {look.state[k]}, which {mode.owner} "
+                    f"({', '.join(mode.components)}) lacks"
                 )
 
     def linearise(
         self, x: Array, P: Array, z: Array, present: Array, unscented: bool = True
     ) -> tuple[Array, Array, Array]:
-        """Residual y (B, m), H (B, m, n) and what is to be added to R (B, m, m); zero where nothing is present."""
+        """Residual y (B, m), H (B, m, n) and what to add to R (B, m, m); zero where nothing is present."""
         tracks, n = x.shape
         rows = np.flatnonzero(present.any(axis=1))
         y, H = np.zeros(z.shape), np.zeros((tracks, z.shape[1], n))

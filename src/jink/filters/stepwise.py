@@ -1,6 +1,7 @@
 """Filters with models of the user's own, in Python: scan by scan over all tracks at once.
 
-The same step as the engine's, with the engine's mix and update; used wherever a motion model or a sensor has no native form.
+The same step as the engine's, with the engine's mix and update; used wherever a motion model or a sensor
+has no native form.
 
 A motion model is any object with
 
@@ -18,11 +19,13 @@ and a sensor any object with
     R                 variances (m,) or covariance (m, m)
     jacobian(x)       optional: dh/dx (B, m, n)
     residual(z, h)    optional: z − h, for instance with angles wrapped
+    position(z, R)    optional: the position (B, axes) a track may start from, its covariance (B, axes, axes)
     state             names of the components h is a function of; needed where modes have different states
     extent            how far outliers spread, per component, if the filter has outliers
     axes              optional: of the space the target moves in
 
-Functions of dt may also be written for one float at a time; they are then called once for each elapsed time that occurs.
+Functions of dt may also be written for one float at a time; they are then called once for each elapsed
+time that occurs.
 """
 
 from collections.abc import Sequence
@@ -45,23 +48,19 @@ class Stepwise:
     """A bank of modes on sensors, any of them the user's own. The arguments are the engine's."""
 
     def __init__(
-        self, motions: Sequence[Any], sensors: Sequence[Any], axes: int, outliers: Outliers | None, given_prior: bool,
-        continuous: bool, transition: Sequence[float], mode_probability: Sequence[float], unscented: bool, unbiased: bool,
-        share: float, restart_after: int, coast: float, one_point: bool, velocity_variance: float,
+        self, motions: Sequence[Any], sensors: Sequence[Any], axes: int, outliers: Outliers | None,
+        given_prior: bool, continuous: bool, transition: Sequence[float], mode_probability: Sequence[float],
+        unscented: bool, unbiased: bool, share: float, restart_after: int, coast: float, one_point: bool,
+        velocity_variance: float,
     ) -> None:  # fmt: skip
-        self.axes, self.unbiased, self.share, self.restart_after, self.coast = (
-            axes,
-            unbiased,
-            share,
-            restart_after,
-            coast,
-        )
+        self.axes, self.unbiased = axes, unbiased
+        self.share, self.restart_after, self.coast = share, restart_after, coast
         self.modes: list[Mode] = [
             LibraryMode(m, axes, unscented) if hasattr(m, "native") else OwnMode(m, axes, unscented)
             for m in motions
         ]
-        self.looks: list[Look] = [
-            LibrarySensor(s, outliers) if hasattr(s, "native") else OwnSensor(s, self.modes, outliers)
+        self.looks: Sequence[Look] = [
+            LibrarySensor(s, outliers) if hasattr(s, "native") else OwnSensor(s, self.modes, axes, outliers)
             for s in sensors
         ]
         self.with_pit = False
@@ -74,8 +73,7 @@ class Stepwise:
         self._transition = (continuous, [float(v) for v in np.ravel(transition)], len(self.modes))
         self.initial_probability = np.asarray(mode_probability, dtype=float)
         self.start = Start(self.modes, self.initial_probability, axes, one_point, velocity_variance)
-        self._at = [[np.array([i.components.index(c) if c in i.components else -1 for c in j.components]) for i in self.modes]
-                    for j in self.modes]  # fmt: skip
+        self._at = [[_places(j.components, i.components) for i in self.modes] for j in self.modes]
 
     def new(self, tracks: int) -> States:
         """Tracks that have not started."""
@@ -116,7 +114,7 @@ class Stepwise:
         return _engine.native.transition_over(*self._transition, dt)
 
     def source(self, j: int, i: int, x: list[Array], P: list[Array]) -> tuple[Array, Array]:
-        """Mode i's estimate as mode j sees it: what i lacks comes from j's prior, or from j itself (unbiased mixing)."""
+        """Mode i's estimate as mode j sees it: what i lacks is of j's prior, or (unbiased) of j."""
         at = self._at[j][i]
         if len(at) == len(self.modes[i].components) and (at == np.arange(len(at))).all():
             return x[i], P[i]
@@ -156,14 +154,14 @@ class Stepwise:
         ahead = []
         for j in modes:
             xs, Ps = zip(*(self.source(j, i, s.x, s.P) for i in modes), strict=True)
-            mixed = _engine.native.mix(xs, Ps, np.ascontiguousarray(weights[:, :, j]))
-            ahead.append(self.predict(j, dt, *mixed, u))
+            x, P = _engine.native.mix(xs, Ps, np.ascontiguousarray(weights[:, :, j]))
+            ahead.append(self.predict(j, dt, x, P, u))
         return Predicted([x for x, _ in ahead], [P for _, P in ahead], prior)
 
     def step(
         self, s: States, time: Array, z: Array, sensor: Array, R: Array | None, u: Array | None
     ) -> Outcome:
-        """One scan of every track: sensor (B,) index; R of each row, variances or covariances, instead of the sensor's."""
+        """One scan of every track: sensor (B,) index; R of each row, variances or covariances, or None."""
         if self.coast > 0:
             lost = s.started & (time - s.last_accepted > self.coast)
             s.started, s.running = s.started & ~lost, s.running & ~lost
@@ -197,7 +195,7 @@ class Stepwise:
         return Measurement(z, noise, ~np.isnan(z))
 
     def _finish(self, s: States, ahead: Predicted, i: int, z: Array, R: Array | None) -> Outcome:
-        """Update every mode with sensor i's measurement, weigh the modes, gate, and start tracks that need it."""
+        """Update every mode by sensor i, weigh the modes, gate, and start tracks that need it."""
         look, raw = self.looks[i], self.measure(i, z, R)
         m = Measurement(*look.convert(raw.z, raw.R, raw.present))
         innovations = []
@@ -273,3 +271,8 @@ class Stepwise:
             name = self.components[k]
             C[:, k, k] = next(m.prior[m.components.index(name)] for m in self.modes if name in m.components)
         return X, C
+
+
+def _places(of: Sequence[str], within: Sequence[str]) -> Array:
+    """Where components stand in another state, −1 where they do not."""
+    return np.array([within.index(c) if c in within else -1 for c in of])

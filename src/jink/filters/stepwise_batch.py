@@ -15,9 +15,9 @@ SLOTS = ("x", "P", "mode_probability", "log_likelihood", "log_likelihood_scan", 
 
 
 def run(
-    engine: "Stepwise", time: Array, z: Array, columns: int, offsets: Array, sensor: Array | None, noise: Array | None,
-    full_noise: bool, input: Array | None, prior_x: Array | None, prior_P: Array | None, slots: list[Array | None],
-    status: Array | None, smooth: bool, threads: int,
+    engine: "Stepwise", time: Array, z: Array, columns: int, offsets: Array, sensor: Array | None,
+    noise: Array | None, full_noise: bool, input: Array | None, prior_x: Array | None, prior_P: Array | None,
+    slots: list[Array | None], status: Array | None, smooth: bool, threads: int,
 ) -> None:  # fmt: skip
     """As the engine's run; results go into the slots, one thread."""
     if prior_x is None:
@@ -50,12 +50,12 @@ def run(
             estimate(engine, to, rows, part.x, part.P, part.probability, part.started)
     if "log_likelihood" in to:
         to["log_likelihood"][order] = total
-    for k, *smoothed in backward(engine, records):
-        estimate(engine, to, first[: active[k]] + k, *smoothed, records[k].started)
+    for k, x, P, probability in backward(engine, records):
+        estimate(engine, to, first[: active[k]] + k, x, P, probability, records[k].started)
 
 
 def _by_length(offsets: Array) -> tuple[Array, Array, Array]:
-    """Tracks from the longest to the shortest, their first rows in that order, and how many have a k-th row."""
+    """Tracks from the longest to the shortest, their first rows, and how many have a k-th row."""
     lengths = np.diff(offsets)
     order = np.argsort(-lengths, kind="stable")
     longest = int(lengths.max(initial=0))

@@ -30,8 +30,8 @@ class LiveMany:
         self._past: deque[tuple[Record, Array]] = deque(maxlen=lag + 1)
 
     def update(
-        self, time: Array, z: Array, sensor: Array | None, noise: Array | None, input: Array | None, slots: list[Array | None],
-        predict_only: bool,
+        self, time: Array, z: Array, sensor: Array | None, noise: Array | None, input: Array | None,
+        slots: list[Array | None], predict_only: bool,
     ) -> None:  # fmt: skip
         """All targets at a time, one or (n,), into the slots; predict_only leaves the live state alone."""
         to = {name: slot for name, slot in zip(OUTPUTS, slots, strict=True) if slot is not None}
@@ -47,14 +47,14 @@ class LiveMany:
         with at_scan(self.scan):
             out = engine.step(trial, times, z, which, noise, input)
         self.states, self.scan = trial, self.scan + 1
-        now, shown = (trial.x, trial.P, trial.probability, trial.started), trial.time
+        x, P, probability, started, shown = trial.x, trial.P, trial.probability, trial.started, trial.time
         if self.lag:
             self._past.append((engine.record(trial, before, out, z, which, noise, input), trial.time))
             records = [record for record, _ in self._past]
-            *_, (_, *smoothed) = backward(engine, records)
-            now, shown = (*smoothed, records[0].started), self._past[0][1]
-        estimate(engine, to, slice(None), *now)
-        self._tell(to, out, now[3], shown)
+            *_, (_, x, P, probability) = backward(engine, records)
+            started, shown = records[0].started, self._past[0][1]
+        estimate(engine, to, slice(None), x, P, probability, started)
+        self._tell(to, out, started, shown)
 
     def _predict(self, to: dict[str, Any], times: Array) -> None:
         s = self.states
@@ -136,7 +136,7 @@ class LiveOne:
         covariance: ArrayLike | None = None,
         input: ArrayLike | None = None,
     ) -> Now:
-        """One measurement at time t; returns the estimate it leads to. A missing z is None, a missing component NaN or None."""
+        """One measurement at time t; returns the estimate. None or NaN is missing."""
         columns = self._many.engine.columns
         time = float(np.asarray(seconds(t)))
         row = np.full(columns, np.nan) if z is None else np.atleast_1d(np.asarray(z, dtype=float))
@@ -173,7 +173,7 @@ class LiveOne:
         """Take up a saved state."""
         self._many.restore(state)
 
-    def _call(self, time: float, *rest: Any) -> Now:
+    def _call(self, time: float, z: Any, sensor: Any, noise: Any, known: Any, predict_only: bool) -> Now:
         n, m = len(self._many.engine.components), len(self._many.engine.modes)
         slots: list[Any] = [
             np.empty((1, n)),
@@ -182,8 +182,6 @@ class LiveOne:
             *(np.empty(1) for _ in range(4)),
         ]
         slots.append(np.empty(1, dtype=np.uint8))
-        *inputs, predict_only = rest
-        self._many.update(np.array([time]), *inputs, slots, predict_only)
+        self._many.update(np.array([time]), z, sensor, noise, known, slots, predict_only)
         x, P, probability, likelihood, nis, dof, shown, status = (slot[0] for slot in slots)
-        numbers = (float(v) for v in (likelihood, nis, dof))
-        return Now(float(shown), x, P, probability, *numbers, STATUS[status])
+        return Now(float(shown), x, P, probability, float(likelihood), float(nis), float(dof), STATUS[status])

@@ -1,7 +1,9 @@
-"""Smoothing for the stepwise filters: the methods of core/smooth_one.hpp and core/smooth.hpp, over many tracks at once.
+"""Smoothing for the stepwise filters: core/smooth_one.hpp and core/smooth.hpp, over many tracks at once.
 
-One mode: Rauch, Tung & Striebel, AIAA Journal 3(8), 1965. Several: messages from the future; of each mode j the measurements
-after a scan say log p(Z | x, j) = s + hᵀ(x − xⱼ) − ½ (x − xⱼ)ᵀ J (x − xⱼ), xⱼ the filtered estimate.
+One mode: Rauch, Tung & Striebel, AIAA Journal 3(8), 1965. Several: messages from the future; of each mode j
+the measurements after a scan say
+
+    log p(Z | x, j) = s + hᵀ(x − xⱼ) − ½ (x − xⱼ)ᵀ J (x − xⱼ),   xⱼ the filtered estimate.
 """
 
 from collections.abc import Iterator
@@ -43,7 +45,7 @@ class Pair:
 
 
 def backward(engine: "Stepwise", records: list[Record]) -> Iterator[Smoothed]:
-    """(k, x, P, mode probability) from the last scan to the first; a scan without a follower is as it was filtered."""
+    """(k, x, P, mode probability) from the last scan to the first; without a follower as it was filtered."""
     messages: Messages | None = None
     after: tuple[Record, list[Array], list[Array]] | None = None
     for k in reversed(range(len(records))):
@@ -53,7 +55,7 @@ def backward(engine: "Stepwise", records: list[Record]) -> Iterator[Smoothed]:
         if after is not None:
             later, xs, Ps = after
             rows = np.flatnonzero(later.linked)
-            with at_scan(k + 1):
+            with at_scan(k + 1), np.errstate(all="ignore"):
                 if len(rows) and len(x) == 1:
                     x[0][rows], P[0][rows] = _one(
                         engine, now.take(rows), later.take(rows), xs[0][rows], Ps[0][rows]
@@ -148,7 +150,7 @@ class Several:
         return Pair(J, h, now.x[i] + moved, fused, log_link + s + 0.5 * ((h * moved).sum(axis=1) - log_det))
 
     def _collapse(self, i: int, pairs: list[Pair], weight: Array, weight_sum: Array) -> None:
-        """Mode i's smoothed estimate over its pairs, matched in two moments, and its message, averaged in logarithms."""
+        """Mode i's smoothed estimate over its pairs, matched in two moments, and its message."""
         total = weight.sum(axis=1)
         share = np.ascontiguousarray(weight / total[:, None])
         x, P = _engine.native.mix([p.x for p in pairs], [p.P for p in pairs], share)

@@ -37,7 +37,7 @@ class Start:
         s.time[rows] = s.last_accepted[rows] = time
 
     def begin(self, s: States, fix: Fix, out: Outcome) -> None:
-        """Tracks without a state start from one measured position; the second position completes a two-point start."""
+        """Tracks without a state start from one position; the second completes a two-point start."""
         fresh = fix.position & (~s.started | out.restarted)
         second = fix.position & s.started & ~s.running & ~out.restarted
         if second.any():
@@ -56,7 +56,7 @@ class Start:
         s.last_accepted = np.where(fresh | second, s.time, s.last_accepted)
 
     def _start(self, s: States, fix: Fix, rows: Array) -> None:
-        """From one position: no velocity unless it was measured, and each further component from its prior."""
+        """From one position: no velocity unless it was measured, each further component from its prior."""
         spread = self.velocity_variance * np.eye(fix.P.shape[-1])
         V = np.where(fix.velocity[:, None, None], fix.V, spread)
         v = np.where(fix.velocity[:, None], fix.v, 0.0)
@@ -102,7 +102,7 @@ class Start:
 
 
 def check_priors(modes: Sequence[Mode], starts: bool) -> None:
-    """Every component that cannot come from elsewhere has a prior variance. Errors: ValueError naming mode and component."""
+    """Every component that cannot come from elsewhere has a prior variance. Errors: ValueError naming it."""
     for mode in modes:
         for name, variance in zip(mode.components, mode.prior, strict=True):
             measured = name[0] in "pv" and name[1:] in ("x", "y", "z")

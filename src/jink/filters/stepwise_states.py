@@ -37,7 +37,7 @@ def _some(value: Any, rows: Any) -> Any:
 
 @dataclass
 class States(Rows):
-    """Tracks: each mode's x and P after its last update, mode probabilities, and how far their start has come."""
+    """Tracks: each mode's x and P after its last update, mode probabilities, how far their start has come."""
 
     x: list[Array]
     P: list[Array]
@@ -59,11 +59,14 @@ class States(Rows):
             [np.zeros((tracks, n)) for n in sizes],
             [np.tile(np.eye(n), (tracks, 1, 1)) for n in sizes],
             np.tile(probability, (tracks, 1)),
-            *(np.zeros(tracks) for _ in range(3)),
+            np.zeros(tracks),
+            np.zeros(tracks),
+            np.zeros(tracks),
             np.zeros((tracks, axes)),
             np.zeros((tracks, axes, axes)),
             np.zeros(tracks),
-            *(np.zeros(tracks, dtype=bool) for _ in range(2)),
+            np.zeros(tracks, dtype=bool),
+            np.zeros(tracks, dtype=bool),
         )
 
     def arrays(self) -> Iterator[Array]:

@@ -1,4 +1,4 @@
-"""What a measurement says of the modes, and of the filter: Bayes' rule, NIS and the probability integral transform."""
+"""What a measurement says of modes and filter: Bayes' rule, NIS, probability integral transform."""
 
 from math import erfc
 
@@ -32,12 +32,12 @@ def matched_nis(y: list[Array], joint: list[Array], prior: Array) -> Array:
 def probability_transform(prior: Array, e: list[Array], S: list[Array]) -> Array:
     """Rosenblatt's transform of the measurement under the mixture, one component after the other."""
     log_prior = np.log(np.maximum(prior, 1e-300))
-    pit = np.empty(e[0].shape)
+    pit: Array = np.empty(e[0].shape)
     cdf = np.frompyfunc(lambda u: 0.5 * erfc(-u * 0.7071067811865476), 1, 1)
     for r in range(pit.shape[1]):
         weight = np.exp(log_prior - log_prior.max(axis=1, keepdims=True))
         variance = np.stack([v[:, r] for v in S], axis=1)
         u = np.stack([v[:, r] for v in e], axis=1) / np.sqrt(variance)
-        pit[:, r] = (weight * cdf(u).astype(float)).sum(axis=1) / weight.sum(axis=1)
+        pit[:, r] = (weight * np.asarray(cdf(u), dtype=float)).sum(axis=1) / weight.sum(axis=1)
         log_prior = log_prior - 0.5 * (u * u + np.log(variance))
     return pit
