@@ -18,8 +18,8 @@ struct OwnInnovation {
     double *e, *S, *joint;
 };
 
-// One component after the other, as update_rows: residual y and H (m by n) about the prediction, noise R (m by m). All of
-// y, H and R are overwritten; x and P become the updated ones.
+// One component after the other, as in update.hpp: residual y and H (m by n) about the prediction, noise R (m by m). All of y, H
+// and R are overwritten; x and P become the updated ones.
 void update_own(int n, int m, const bool *present, double *y, double *H, double *R, double *x, double *P, OwnInnovation &v);
 
 // P = L L'. `semidefinite`: a pivot lost in rounding leaves its column zero.

@@ -207,6 +207,7 @@ class Stepwise:
         out = Outcome.new(len(z), self.columns)
         out.dof = m.present.sum(axis=1).astype(float)
         out.measured = out.dof > 0
+        out.scored = out.measured & s.running
         weigh(s, ahead.prior, nis, det, out)
         out.nis = matched_nis(y, joint, ahead.prior)
         if self.with_pit:

@@ -64,12 +64,11 @@ def _by_length(offsets: Array) -> tuple[Array, Array, Array]:
 
 
 def _scatter(to: dict[str, Array], status: Array | None, rows: Array, s: States, out: Outcome) -> None:
-    scored = out.measured & s.started & ~out.initialised
     values = {
         "log_likelihood_scan": out.log_likelihood,
-        "nis": np.where(scored, out.nis, np.nan),
-        "nis_dof": np.where(scored, out.dof, 0.0),
-        "pit": np.where(scored[:, None], out.pit, np.nan),
+        "nis": np.where(out.scored, out.nis, np.nan),
+        "nis_dof": np.where(out.scored, out.dof, 0.0),
+        "pit": np.where(out.scored[:, None], out.pit, np.nan),
     }
     for name, value in values.items():
         if name in to:

@@ -66,11 +66,10 @@ class LiveMany:
         self._tell(to, Outcome.new(self.n, self.engine.columns), s.started, times)
 
     def _tell(self, to: dict[str, Any], out: Outcome, started: Array, time: Array) -> None:
-        scored = started & out.measured & ~out.initialised
         values = {
             "log_likelihood": out.log_likelihood,
-            "nis": np.where(scored, out.nis, np.nan),
-            "nis_dof": np.where(scored, out.dof, 0.0),
+            "nis": np.where(out.scored, out.nis, np.nan),
+            "nis_dof": np.where(out.scored, out.dof, 0.0),
             "time": time,
             "status": out.status(started),
         }

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .stepwise import Stepwise
 
 EPS = float(np.finfo(float).eps)
-LEAST = 1e-200  # of a weight: no pair of modes dies for good
+LEAST = 1e-300  # of a weight: no pair of modes dies for good
 Smoothed = tuple[int, list[Array], list[Array], Array]
 
 
@@ -105,13 +105,13 @@ class Several:
         pi = engine.transition(later.dt)
         link = np.log(np.maximum(pi * now.probability[:, :, None], LEAST))
         pairs = [[self._pair(i, j, link[:, i, j]) for j in self.modes] for i in self.modes]
-        log_weight = np.stack([np.stack([p.log_weight for p in row], axis=1) for row in pairs], axis=1)
-        weight = np.maximum(np.exp(log_weight - log_weight.max(axis=(1, 2), keepdims=True)), LEAST)
-        weight_sum = weight.sum(axis=(1, 2))
-        self.probability = weight.sum(axis=2) / weight_sum[:, None]
         self.x, self.P, self.messages = [], [], Messages([], [], [])
+        weights = [np.stack([p.log_weight for p in row], axis=1) for row in pairs]
+        totals = np.stack([_log_sum(w) for w in weights], axis=1)  # of each mode's pairs together
+        log_probability = totals - _log_sum(totals)[:, None]
+        self.probability = np.exp(log_probability)
         for i in self.modes:
-            self._collapse(i, pairs[i], weight[:, i], weight_sum)
+            self._collapse(i, pairs[i], np.exp(weights[i] - totals[:, i : i + 1]), log_probability[:, i])
 
     def _add_measurements(self, j: int, J: Array, h: Array, s: Array) -> tuple[Array, Array, Array]:
         """What the scan after measured, as seen by mode j, added to its message."""
@@ -149,34 +149,40 @@ class Several:
         moved = _times(fused, h)
         return Pair(J, h, now.x[i] + moved, fused, log_link + s + 0.5 * ((h * moved).sum(axis=1) - log_det))
 
-    def _collapse(self, i: int, pairs: list[Pair], weight: Array, weight_sum: Array) -> None:
-        """Mode i's smoothed estimate over its pairs, matched in two moments, and its message."""
-        total = weight.sum(axis=1)
-        share = np.ascontiguousarray(weight / total[:, None])
-        x, P = _engine.native.mix([p.x for p in pairs], [p.P for p in pairs], share)
-        J = sum(share[:, j, None, None] * p.J for j, p in enumerate(pairs))
+    def _collapse(self, i: int, pairs: list[Pair], share: Array, log_weight: Array) -> None:
+        """Mode i's smoothed estimate over its pairs, matched in two moments; its message.
+
+        Where the pairs disagree the averaged message would be too sure of itself: its covariance grows by
+        their spread about the smoothed mean, its peak stays.
+        """
+        x = sum(share[:, j, None] * p.x for j, p in enumerate(pairs))
         h = sum(share[:, j, None] * p.h for j, p in enumerate(pairs))
-        away = np.stack(
-            [p.x - x for p in pairs], axis=1
-        )  # where pairs disagree the average is too sure of itself
-        D = np.einsum("bj,bjr,bjq->brq", share, away, away)
-        J, h, _ = _integrate(np.asarray(J), np.asarray(h), np.zeros(len(x)), D)
+        J = sum(share[:, j, None, None] * p.J for j, p in enumerate(pairs))
+        P = sum(share[:, j, None, None] * p.P for j, p in enumerate(pairs))
+        away = np.stack([p.x - x for p in pairs], axis=1)
+        spread = np.einsum("bj,bjr,bjq->brq", share, away, away)
+        J, h, _ = _integrate(np.asarray(J), np.asarray(h), np.zeros(len(away)), spread)
         fused, log_det = _parallel_sum(self._roots[i], J)
         gain = (h * _times(fused, h)).sum(axis=1)
         mine = np.maximum(self.now.probability[:, i], LEAST)
-        self.x.append(x)
-        self.P.append(_grown(P))
+        self.x.append(np.asarray(x))
+        self.P.append(_grown(P + spread))
         self.messages.J.append(J)
         self.messages.h.append(h)
-        self.messages.s.append(np.log(total) - np.log(weight_sum) - np.log(mine) - 0.5 * (gain - log_det))
+        self.messages.s.append(log_weight - np.log(mine) - 0.5 * (gain - log_det))
+
+
+def _log_sum(log_weights: Array) -> Array:
+    most = log_weights.max(axis=1)
+    return most + np.log(np.exp(log_weights - most[:, None]).sum(axis=1))
 
 
 def _integrate(J: Array, h: Array, s: Array, Q: Array) -> tuple[Array, Array, Array]:
-    """The message before noise of covariance Q: J ← (J⁻¹ + Q)⁻¹, h ← (I + J Q)⁻¹ h."""
-    J, log_det = _parallel_sum(_engine.native.root(J, semidefinite=True), Q)
-    Qh = _times(Q, h)
-    JQh = _times(J, Qh)
-    return J, h - JQh, s + 0.5 * ((Qh * (h - JQh)).sum(axis=1) - log_det)
+    """The message before noise of covariance Q: J ← (J⁻¹ + Q)⁻¹, h ← h − J M h with M = (Q⁻¹ + J)⁻¹."""
+    M, log_det = _parallel_sum(_engine.native.root(Q, semidefinite=True), J)
+    Mh = _times(M, h)
+    wider, _ = _parallel_sum(_engine.native.root(J, semidefinite=True), Q)
+    return wider, h - _times(J, Mh), s + 0.5 * ((h * Mh).sum(axis=1) - log_det)
 
 
 def _parallel_sum(L: Array, J: Array) -> tuple[Array, Array]:

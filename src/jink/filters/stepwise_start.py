@@ -48,9 +48,8 @@ class Start:
             s.running[rows] = self.one_point | fix.velocity[rows] | out.restarted[rows]
         out.initialised = fresh | (second & s.running)
         out.restarted = out.restarted & fresh
-        counted = (s.running & ~out.initialised) | out.restarted
-        out.log_likelihood = np.where(counted, out.log_likelihood, 0.0)
-        out.nis = np.where(counted, out.nis, np.nan)
+        out.log_likelihood = np.where(out.scored | out.restarted, out.log_likelihood, 0.0)
+        out.scored = out.scored & ~fresh
         s.started = s.started | fresh
         s.rejections = np.where(fresh, 0.0, s.rejections)
         s.last_accepted = np.where(fresh | second, s.time, s.last_accepted)

@@ -94,6 +94,7 @@ class Outcome(Rows):
     nis: Array
     pit: Array
     measured: Array
+    scored: Array  # its likelihood, NIS and PIT count
     gated: Array
     restarted: Array
     initialised: Array
@@ -107,7 +108,7 @@ class Outcome(Rows):
             np.full(tracks, np.nan),
             np.full((tracks, columns), np.nan),
         )
-        return cls(*numbers, *(np.zeros(tracks, dtype=bool) for _ in range(4)))
+        return cls(*numbers, *(np.zeros(tracks, dtype=bool) for _ in range(5)))
 
     def status(self, started: Array) -> Array:
         """Numbers into ``jink.STATUS``."""
