@@ -79,7 +79,7 @@ template <class T> class Smooth {
     std::vector<Message> messages, next;
     std::vector<Pair> pairs;
     std::vector<T> log_total;  // of each mode: its pairs' weights together
-    std::vector<T> roots;  // Cholesky factors of the filtered covariances
+    std::vector<T> roots, message_roots;  // Cholesky factors of the filtered covariances, and of the messages' J
 
     void factor(const Record<T> &now, int i) {
         roots.resize(c.count * packed_size(L));
@@ -93,6 +93,8 @@ template <class T> class Smooth {
         add_measurement(after, j, c.sensors[after.sensor], after.measurement, m);
         for (int k = 0; k < int(after.others.size()); ++k) add_measurement(after, j, c.sensors[k + 1], after.others[k], m);
         m.keep(after.linked);
+        message_roots.resize(c.count * packed_size(L));
+        semidefinite_cholesky<T>(c.modes[j].shape.n, m.J, &message_roots[j * packed_size(L)]);
     }
 
     void add_measurement(const Record<T> &after, int j, const Sensor<T> &sensor, const Measurement<T> &z, Message &m) const {
@@ -147,7 +149,7 @@ template <class T> class Smooth {
             about.s = about.s + (about.h[k] - 0.5 * Jd[k]) * d[k];
             about.h[k] = about.h[k] - Jd[k];
         }
-        integrate(nj, Q, about);
+        integrate(nj, Q, &message_roots[j * packed_size(L)], about);
         Pair &p = pairs[i * c.count + j];
         p.message.clear();
         p.message.s = about.s;
@@ -188,21 +190,25 @@ template <class T> class Smooth {
         if (any_enters) add_congruence(n, n, F, V, Q);
     }
 
-    // The message before noise of covariance Q: J <- (J^-1 + Q)^-1, h <- h - J M h with M = (Q^-1 + J)^-1. Both inverses are sums of
-    // squares, so that a noise far larger than what the measurements leave does not cancel.
-    static void integrate(int n, const T *Q, Message &m) {
-        T root[packed_size(L)], J[packed_size(L)], M[packed_size(L)], Mh[L], JMh[L];
-        semidefinite_cholesky<T>(n, Q, root);
-        const T log_det = parallel_sum<T>(n, root, m.J, M);
-        semidefinite_cholesky<T>(n, m.J, root);
-        parallel_sum<T>(n, root, Q, J);
-        times(n, M, m.h, Mh);
-        times(n, m.J, Mh, JMh);
-        T gain = splat<T>(0.0);
-        for (int k = 0; k < n; ++k) gain = gain + m.h[k] * Mh[k];
-        for (int k = 0; k < n; ++k) m.h[k] = m.h[k] - JMh[k];
-        for (int k = 0; k < packed_size(n); ++k) m.J[k] = J[k];
-        m.s = m.s + 0.5 * (gain - log_det);
+    // The message before noise of covariance Q, with J = R R', h = R g and C C' = I + R' Q R:
+    //   J <- R (C C')^-1 R' ,  h <- R (C C')^-1 g ,  s <- s + 1/2 (g' g - g' (C C')^-1 g - log det C C')
+    // Nothing large is subtracted, however large the noise.
+    static void integrate(int n, const T *Q, const T *R, Message &m) {
+        T W[L * L], C[packed_size(L)], g[L], before = splat<T>(0.0), after = before;
+        const T log_det = parallel_sum<T>(n, R, Q, m.J, W, C);
+        for (int k = 0; k < n; ++k) {  // R g = h; h has nothing where R has a column of zeros
+            T sum = m.h[k];
+            for (int l = 0; l < k; ++l) sum = sum - R[packed(k, l)] * g[l];
+            const T pivot = R[packed(k, k)];
+            const Mask<T> real = pivot > splat<T>(0.0);
+            g[k] = select<T>(real, sum / select<T>(real, pivot, splat<T>(1.0)), splat<T>(0.0));
+            before = before + g[k] * g[k];
+        }
+        solve_lower<T>(n, C, g);
+        for (int k = 0; k < n; ++k) m.h[k] = splat<T>(0.0), after = after + g[k] * g[k];
+        for (int l = 0; l < n; ++l)
+            for (int k = 0; k < n; ++k) m.h[k] = m.h[k] + W[l * n + k] * g[l];
+        m.s = m.s + 0.5 * (before - after - log_det);
     }
 
     static void times(int n, const T *P, const T *x, T *out) {
@@ -248,7 +254,9 @@ template <class T> class Smooth {
                     spread[packed(r, q)] = spread[packed(r, q)] + p[j].share * (p[j].x[r] - x[r]) * (p[j].x[q] - x[q]);
         for (int k = 0; k < packed_size(n); ++k) P[k] = P[k] + spread[k];
         for (int r = 0; r < n; ++r) P[packed(r, r)] = P[packed(r, r)] * (1.0 + rounding_share(n));
-        integrate(n, spread, out);
+        T root[packed_size(L)];
+        semidefinite_cholesky<T>(n, out.J, root);
+        integrate(n, spread, root, out);
         // its level such that under the filtered estimate it weighs what its pairs weigh together
         T fused[packed_size(L)], moved[L], gain = zero;
         const T log_det = parallel_sum<T>(n, &roots[i * packed_size(L)], out.J, fused);
