@@ -11,7 +11,7 @@ A model of your own is any object with ``f(x, dt)`` (vectorised over tracks), ``
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar, Protocol
 
 from .arguments import PerAxis, exactly_one, per_axis, positive
 
@@ -208,6 +208,18 @@ def _needs_a_plane(motion: object, axes: int) -> None:
         raise ValueError(
             f"{type(motion).__name__}: turns in a plane, and the sensor has 1 axis; expected 2 or 3"
         )
+
+
+class OwnMotion(Protocol):
+    """A motion model of the user's own, at the least; more in :mod:`jink.filters.stepwise`."""
+
+    def f(self, x: Any, dt: Any) -> Any:
+        """The states x (B, n) after dt (B,) seconds."""
+        ...
+
+    def Q(self, dt: Any) -> Any:
+        """The covariance (B, n, n) of the process noise."""
+        ...
 
 
 Motion = ConstantVelocity | ConstantAcceleration | Singer | CoordinatedTurn | KnownTurn

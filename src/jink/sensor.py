@@ -8,7 +8,7 @@ your own is any object with ``rows`` (components), ``axes``, ``h(x)`` (vectorise
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log, pi
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -264,6 +264,16 @@ def _extents(outliers: Outliers | None, kinds: str) -> list[float]:
         return [log(positive("Outliers.extent", e)) for e in outliers.extent]
     each = {"p": log(outliers.extent), "v": log(outliers.velocity_extent), "a": log(2 * pi)}
     return [each[kind] for kind in kinds]
+
+
+class OwnSensor(Protocol):
+    """A sensor of the user's own, at the least; more in :mod:`jink.filters.stepwise`."""
+
+    R: Any
+
+    def h(self, x: Any) -> Any:
+        """What is measured of the states x (B, n), (B, m)."""
+        ...
 
 
 Sensor = Position | PositionVelocity | Bearing | Polar

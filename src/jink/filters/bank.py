@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _engine
 from ..arguments import Array, positive
-from ..motion import Motion, component_names, mode_names
+from ..motion import component_names, mode_names
 from ..noise import OnePoint, Outliers, Prior, TwoPoint, stationary, transition_rule
-from ..sensor import Sensor
 from ..times import seconds
 from .estimate import Estimate
 from .live import LiveBatch
@@ -33,8 +32,8 @@ DEFAULT_OUTPUTS = tuple(name for name in OUTPUTS if name != "pit")
 class Bank:
     """Runs ``motions`` on ``sensor``; the named filters say how they interact."""
 
-    motions: tuple[Motion, ...]
-    sensors: tuple[Sensor, ...]
+    motions: tuple[Any, ...]
+    sensors: tuple[Any, ...]
     outliers: Outliers | None
     initial: TwoPoint | OnePoint | Prior
 
@@ -88,7 +87,7 @@ class Bank:
 
     @property
     def axes(self) -> int:
-        """How many axes the target moves in: by the sensors, else by the positions a model of your own names, else 2."""
+        """Of the space the target moves in: the sensors', else as many positions as a model of your own has."""
         for sensor in self.sensors:
             if getattr(sensor, "axes", None):
                 return int(sensor.axes or 2)
@@ -172,7 +171,7 @@ class Bank:
             raise ValueError(f"lag: expected a whole number of scans, got {lag!r}")
         if n is not None and (int(n) != n or n < 1):
             raise ValueError(f"n: expected a number of targets, got {n!r}")
-        live = self._engine.one(int(lag)) if n is None else LiveBatch(self, int(n), int(lag), outputs)
+        live: Any = self._engine.one(int(lag)) if n is None else LiveBatch(self, int(n), int(lag), outputs)
         if isinstance(self.initial, Prior):
             x, P = self._prior(self.initial, n or 1)
             for k in range(n or 1):
@@ -286,7 +285,7 @@ class Bank:
         )
 
 
-def as_sensors(sensor: Sensor | Sequence[Sensor]) -> tuple[Sensor, ...]:
+def as_sensors(sensor: Any) -> tuple[Any, ...]:
     """One sensor or several, all in the same axes."""
     sensors = tuple(sensor) if isinstance(sensor, Sequence) else (sensor,)
     if not sensors:

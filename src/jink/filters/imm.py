@@ -5,9 +5,9 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ..motion import Motion
+from ..motion import Motion, OwnMotion
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
-from ..sensor import Sensor
+from ..sensor import OwnSensor, Sensor
 from .bank import Bank, as_sensors
 
 
@@ -26,8 +26,8 @@ class IMM(Bank):
 
     def __init__(
         self,
-        motions: Sequence[Motion],
-        sensor: Sensor | Sequence[Sensor],
+        motions: Sequence[Motion | OwnMotion],
+        sensor: Sensor | OwnSensor | Sequence[Sensor | OwnSensor],
         transition: Any,
         *,
         transition_step: float | None = None,

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Literal
 
-from ..motion import Motion
+from ..motion import Motion, OwnMotion
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
-from ..sensor import Sensor
+from ..sensor import OwnSensor, Sensor
 from .bank import Bank, as_sensors
 
 
@@ -22,8 +22,8 @@ class Kalman(Bank):
 
     def __init__(
         self,
-        motion: Motion,
-        sensor: Sensor | Sequence[Sensor],
+        motion: Motion | OwnMotion,
+        sensor: Sensor | OwnSensor | Sequence[Sensor | OwnSensor],
         *,
         linearisation: Literal["ekf", "ukf"] = "ekf",
         outliers: Outliers | None = None,
