@@ -1,12 +1,17 @@
 """Truth to test and train on: `SCENARIOS` by name; `scenario(name)` finds one or says which there are."""
 
+from .aircraft import flown
+from .benchmark import benchmark
 from .papers import choi, lee_and_wang
 from .random import families
 from .scenario import Scenario, Simulation, unknown
 from .sensing import RADARS, Observation, Schedule
+from .vehicles import vehicles
 
 SCENARIOS: dict[str, Scenario] = {
-    each.name: each for group in (lee_and_wang(), choi(), families()) for each in group
+    each.name: each
+    for group in (lee_and_wang(), choi(), benchmark(), families(), flown(), vehicles())
+    for each in group
 }
 
 __all__ = ["RADARS", "SCENARIOS", "Observation", "Scenario", "Schedule", "Simulation", "scenario"]
