@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <stdexcept>
+#include <string>
 #include <mutex>
 #include <numeric>
 #include <thread>
@@ -147,6 +149,7 @@ class Runner {
             length[l] = l < used ? in.offsets[b + 1] - in.offsets[b] : 0;
             longest = std::max(longest, length[l]);
         }
+        for (int l = 0; l < used; ++l) check(tracks[l]);
         state.reset(c);
         if (in.prior_x) begin_at_prior(tracks, used, length);
         total = splat<Pack>(0.0);
@@ -170,6 +173,25 @@ class Runner {
     Column x, P, mu, likelihood, nis, dof, pit;
     std::vector<Record<Pack>> records;
     Pack total, xs[largest_state], Ps[packed_size(largest_state)];
+
+    // Times must not go back within a track, and infinite measurements mean nothing. Reads what gather() reads next.
+    void check(std::int64_t track) const {
+        const std::int64_t from = in.offsets[track], to = in.offsets[track + 1];
+        bool ordered = from == to || std::isfinite(in.time[from]), finite = true;
+        for (std::int64_t k = from + 1; k < to; ++k) ordered &= in.time[k] >= in.time[k - 1];
+        ordered = ordered && (from == to || std::isfinite(in.time[to - 1]));
+        for (std::int64_t k = from * in.columns; k < to * in.columns; ++k) finite &= !(std::fabs(in.z[k]) > 1.7976931348623157e308);
+        if (!ordered)
+            for (std::int64_t k = from; k < to; ++k)
+                if (!std::isfinite(in.time[k]) || (k > from && in.time[k] < in.time[k - 1]))
+                    throw std::invalid_argument("time: row " + std::to_string(k) + " of track " + std::to_string(track) +
+                                                (std::isfinite(in.time[k]) ? " lies before the row before it; rows of a track must be in the order of time"
+                                                                           : " is not a time"));
+        if (!finite)
+            for (std::int64_t k = from * in.columns; k < to * in.columns; ++k)
+                if (std::isinf(in.z[k]))
+                    throw std::invalid_argument("z: row " + std::to_string(k / in.columns) + " is infinite; a missing component is NaN or None");
+    }
 
     void begin_at_prior(const std::int64_t *tracks, int used, const std::int64_t *length) {
         const int n = c.reported.n;

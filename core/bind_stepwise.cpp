@@ -67,10 +67,10 @@ nb::tuple update(In x, In P, In y, In H, In R, InMask present) {
     return nb::make_tuple(x1.array, P1.array, nis.array, det.array, e.array, S.array, joint.array);
 }
 
-Out root(In P, bool semidefinite) {
+Out root(In P, bool semidefinite, double least) {
     const int tracks = int(P.shape(0)), n = int(P.shape(1));
     Result L(tracks, n, n);
-    for (int b = 0; b < tracks; ++b) root_of(n, P.data() + b * n * n, semidefinite, L.data + b * n * n);
+    for (int b = 0; b < tracks; ++b) root_of(n, P.data() + b * n * n, semidefinite, least, L.data + b * n * n);
     return L.array;
 }
 
@@ -171,7 +171,7 @@ void bind_stepwise(nb::module_ &module) {
     module.attr("largest_own") = largest_own;
     module.def("mix", mix, "x"_a, "P"_a, "w"_a);
     module.def("update", update, "x"_a, "P"_a, "y"_a, "H"_a, "R"_a, "present"_a);
-    module.def("root", root, "P"_a, "semidefinite"_a = false);
+    module.def("root", root, "P"_a, "semidefinite"_a = false, "least"_a = 1e-300);
     module.def("solve", solve, "L"_a, "X"_a, "transposed"_a = false);
     module.def("linearise_motion", linearise_motion, "motion"_a, "unscented"_a, "dt"_a, "x"_a, "P"_a, "input"_a.none());
     module.def("observe_sensor", observe_sensor, "sensor"_a, "x"_a);

@@ -137,13 +137,13 @@ void update_own(int n, int m, const bool *present, double *y, double *H, double 
     for (int i = 0; i < n; ++i) x[i] += moved[i];
 }
 
-void root_of(int n, const double *P, bool semidefinite, double *L) {
+void root_of(int n, const double *P, bool semidefinite, double least, double *L) {
     std::fill(L, L + n * n, 0.0);
     for (int j = 0; j < n; ++j) {
         double pivot = P[j * n + j];
         for (int k = 0; k < j; ++k) pivot -= L[j * n + k] * L[j * n + k];
         if (semidefinite && !(pivot > rounding_share(n) * P[j * n + j])) continue;
-        const double root = std::sqrt(pivot > 0.0 || std::isnan(pivot) ? pivot : 1e-300);
+        const double root = std::sqrt(pivot > least || std::isnan(pivot) ? pivot : least);
         L[j * n + j] = root;
         for (int i = j + 1; i < n; ++i) {
             double sum = P[i * n + j];

@@ -22,8 +22,8 @@ struct OwnInnovation {
 // and R are overwritten; x and P become the updated ones.
 void update_own(int n, int m, const bool *present, double *y, double *H, double *R, double *x, double *P, OwnInnovation &v);
 
-// P = L L'. `semidefinite`: a pivot lost in rounding leaves its column zero.
-void root_of(int n, const double *P, bool semidefinite, double *L);
+// P = L L'. `semidefinite`: a pivot lost in rounding leaves its column zero; otherwise pivots are at least `least`.
+void root_of(int n, const double *P, bool semidefinite, double least, double *L);
 
 // X <- L^-1 X, or L'^-1 X, for X of n by k.
 void solve_own(int n, int k, const double *L, bool transposed, double *X);
