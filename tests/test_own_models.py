@@ -140,8 +140,8 @@ def assert_agrees(own, native, tolerance=1e-9):
 
 
 def tolerance_of(name, smooth):
-    """Fusing messages of several modes costs digits, in the engine as here."""
-    return 1e-7 if smooth and name.startswith("imm") else 1e-9
+    """Fusing messages of several modes costs a digit, in the engine as here."""
+    return 1e-8 if smooth and name.startswith("imm") else 1e-9
 
 
 @pytest.mark.parametrize("smooth", [False, True], ids=["filter", "smoother"])
@@ -212,7 +212,7 @@ def test_several_sensors(smooth):
     assert_agrees(
         getattr(own, run)(t, z, sensor=which),
         getattr(native, run)(t, z, sensor=which),
-        1e-7 if smooth else 1e-9,
+        1e-8 if smooth else 1e-9,
     )
 
 
@@ -473,7 +473,7 @@ def test_extremes_stay_finite(sd, psd):
     f = jink.IMM([Straight(psd), OWN_CA, OWN_CT], jink.Position(sd=sd), SOJOURN)
     t, z = scene(POSITION, 80, 2, jumps=True)
     t[40:] += 1e4
-    for est in [f.filter(t, z), f.smooth(t, z)][: 1 if sd < 1 else 2]:
+    for est in (f.filter(t, z), f.smooth(t, z)):
         started = est.status > 0
         assert np.isfinite(est.x[started]).all()
         sds = np.sqrt(np.einsum("kii->ki", est.P[started]))

@@ -178,19 +178,36 @@ def _log_sum(log_weights: Array) -> Array:
 
 
 def _integrate(J: Array, h: Array, s: Array, Q: Array) -> tuple[Array, Array, Array]:
-    """The message before noise of covariance Q: J ← (J⁻¹ + Q)⁻¹, h ← h − J M h with M = (Q⁻¹ + J)⁻¹."""
-    M, log_det = _parallel_sum(_engine.native.root(Q, semidefinite=True), J)
-    Mh = _times(M, h)
-    wider, _ = _parallel_sum(_engine.native.root(J, semidefinite=True), Q)
-    return wider, h - _times(J, Mh), s + 0.5 * ((h * Mh).sum(axis=1) - log_det)
+    """The message before noise of covariance Q, with J = R Rᵀ, h = R g and C Cᵀ = I + Rᵀ Q R.
+
+    J ← R (C Cᵀ)⁻¹ Rᵀ, h ← R (C Cᵀ)⁻¹ g: nothing large is subtracted, however large the noise.
+    """
+    R = _engine.native.root(J, semidefinite=True)
+    real = np.einsum("bii->bi", R) > 0  # h has nothing where R has a column of zeros
+    solvable = R.copy()
+    np.einsum("bii->bi", solvable)[~real] = 1.0
+    g = np.where(real, _engine.native.solve(solvable, h[:, :, None])[:, :, 0], 0.0)
+    W, C = _halves(R, Q)
+    after = _engine.native.solve(C, g[:, :, None])[:, :, 0]
+    s = s + 0.5 * ((g * g).sum(axis=1) - (after * after).sum(axis=1) - _log_det(C))
+    return _symmetric(W.transpose(0, 2, 1) @ W), _times(W.transpose(0, 2, 1), after), s
 
 
 def _parallel_sum(L: Array, J: Array) -> tuple[Array, Array]:
     """(P⁻¹ + J)⁻¹ = L (I + Lᵀ J L)⁻¹ Lᵀ with P = L Lᵀ, and log det(I + P J)."""
+    W, C = _halves(L, J)
+    return _symmetric(W.transpose(0, 2, 1) @ W), _log_det(C)
+
+
+def _halves(L: Array, J: Array) -> tuple[Array, Array]:
+    """C Cᵀ = I + Lᵀ J L and W = C⁻¹ Lᵀ."""
     across = L.transpose(0, 2, 1)
-    root = _engine.native.root(np.eye(L.shape[1]) + across @ J @ L)
-    W = _engine.native.solve(root, across)
-    return _symmetric(W.transpose(0, 2, 1) @ W), 2.0 * np.log(np.einsum("bii->bi", root)).sum(axis=1)
+    C = _engine.native.root(np.eye(L.shape[1]) + across @ J @ L, least=1.0)
+    return _engine.native.solve(C, across), C
+
+
+def _log_det(C: Array) -> Array:
+    return 2.0 * np.log(np.einsum("bii->bi", C)).sum(axis=1)
 
 
 def _times(A: Array, x: Array) -> Array:
