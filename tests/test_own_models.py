@@ -449,6 +449,24 @@ def test_errors_of_sensors():
         jink.Kalman(CV, no_extent, outliers=ROBUST)
 
 
+@pytest.mark.parametrize(
+    ("time", "z"),
+    [
+        ([0.0, 0.0, 1.0, 0.5], np.zeros((4, 2))),
+        ([0.0, 1.0, 0.0, np.nan], np.zeros((4, 2))),
+        ([0.0, 1.0, 0.0, 0.5], [[0, 0], [0, 0], [0, np.inf], [0, 0]]),
+    ],
+)
+def test_wrong_rows_are_refused_in_the_same_words(time, z):
+    native, own = PAIRS["kalman-cv"]()
+    words = []
+    for f in (native, own):
+        with pytest.raises(ValueError, match=r"row \d") as error:
+            f.filter(time, z, offsets=[0, 2, 2, 4])
+        words.append(str(error.value))
+    assert words[0] == words[1]
+
+
 def test_an_exception_of_a_function_says_where():
     class Failing(Straight):
         def f(self, x, dt):

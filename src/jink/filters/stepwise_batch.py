@@ -20,6 +20,7 @@ def run(
     slots: list[Array | None], status: Array | None, smooth: bool, threads: int,
 ) -> None:  # fmt: skip
     """As the engine's run; results go into the slots, one thread."""
+    _check(time, z, offsets)
     if prior_x is None:
         engine.check_start()
     to = {name: slot for name, slot in zip(SLOTS, slots, strict=True) if slot is not None}
@@ -52,6 +53,24 @@ def run(
         to["log_likelihood"][order] = total
     for k, x, P, probability in backward(engine, records):
         estimate(engine, to, first[: active[k]] + k, x, P, probability, records[k].started)
+
+
+def _check(time: Array, z: Array, offsets: Array) -> None:
+    """Times must not go back within a track, and infinite measurements mean nothing."""
+    late = np.zeros(len(time), dtype=bool)
+    late[1:] = np.diff(time) < 0
+    late[offsets[:-1][offsets[:-1] < len(time)]] = False
+    wrong = np.flatnonzero(late | ~np.isfinite(time))
+    if len(wrong):
+        row = int(wrong[0])
+        track = int(np.searchsorted(offsets, row, side="right")) - 1
+        why = "lies before the row before it; rows of a track must be in the order of time"
+        raise ValueError(
+            f"time: row {row} of track {track} {why if np.isfinite(time[row]) else 'is not a time'}"
+        )
+    infinite = np.flatnonzero(np.isinf(z).any(axis=1))
+    if len(infinite):
+        raise ValueError(f"z: row {infinite[0]} is infinite; a missing component is NaN or None")
 
 
 def _by_length(offsets: Array) -> tuple[Array, Array, Array]:
