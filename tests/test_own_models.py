@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from oracle.situations import RADAR, flight, times
+from oracle.situations import RADAR, SITUATIONS, flight, make_data, times
 from oracle.twin import distances
 from own_models import (
     Accelerating,
@@ -19,6 +19,8 @@ from own_models import (
 )
 
 import jink
+from jink import _engine
+from jink.motion import component_names
 
 SITE = RADAR.kwargs["site"]
 POLAR = jink.Polar(range_sd=20.0, azimuth_sd=0.003, site=SITE)
@@ -279,6 +281,48 @@ def test_fixed_lag_is_the_smoother_of_what_was_seen(name):
             assert now.time == t[k - 3]
             assert_allclose(now.x, whole.x[k - 3], rtol=1e-9, atol=1e-9)
             assert_allclose(now.mode_probability, whole.mode_probability[k - 3], atol=1e-9)
+
+
+class Hidden:
+    """One of jink's models as one of the user's own."""
+
+    def __init__(self, motion, axes):
+        self.native_form, self.name = motion.native(axes), motion.name
+        self.components = component_names([motion], axes)
+        self.prior_variance = {c: v for c, v in zip(self.components, self.native_form[5], strict=True) if v}
+
+    def _linearised(self, x, dt):
+        n = len(self.components)
+        P = np.tile(np.eye(n), (len(dt), 1, 1))
+        return _engine.native.linearise_motion(self.native_form, False, dt, x, P, None)
+
+    def f(self, x, dt):
+        return self._linearised(x, dt)[0]
+
+    def jacobian(self, x, dt):
+        return self._linearised(x, dt)[1]
+
+    def Q(self, dt):
+        return self._linearised(np.zeros((len(dt), len(self.components))), dt)[2]
+
+
+@pytest.mark.parametrize("name", SITUATIONS)
+def test_every_situation_of_the_engine(name):
+    """Sensors in three axes, Doppler, heights, every noise: with one mode hidden from the engine."""
+    twin = SITUATIONS[name]
+    native, data = twin.native(), make_data(twin, 40, seed=1)
+    motions = [Hidden(native.motions[0], twin.axes), *native.motions[1:]]
+    if isinstance(native.motions[0], jink.KnownTurn):  # whose turn rate jink reports
+        motions = [*native.motions[:-1], Hidden(native.motions[-1], twin.axes)]
+    own = twin.native()
+    own.motions = tuple(motions)
+    rules = {k: getattr(own, k) for k in ("linearisation", "coast")}
+    if len(motions) > 1:
+        rules |= {k: getattr(own, k) for k in ("transition", "transition_step", "mode_probability", "mixing")}
+    own._prepare(**rules)
+    for run in ("filter", "smooth"):
+        want, got = (getattr(f, run)(data.time, data.z, **data.keywords()) for f in (native, own))
+        assert_agrees(got, want, tolerance_of(name, run == "smooth"))
 
 
 def test_functions_of_one_elapsed_time_and_another_order_of_components():
