@@ -1,62 +1,9 @@
 // One scan of one track (or one pack of tracks): mix, predict, update, weigh. What combine.hpp makes of it goes out.
 #pragma once
 
-#include "composition.hpp"
+#include "start.hpp"
 
 namespace jink::inline JINK_LEVEL {
-
-enum class Status : unsigned char { none, updated, predicted, gated, restarted, initialised };
-
-// Everything a track carries from scan to scan.
-template <class T> struct TrackState {
-    std::vector<T> arena;        // a zero, the priors, then each mode's x and packed P after its last update
-    std::vector<T> probability;  // of each mode
-    T time, last_accepted, rejections;
-    T first[3], first_P[6], first_time;  // the first position, while waiting for a second
-    Mask<T> started, running;    // has a state; its initialisation is complete
-    bool settled;                // all lanes are running
-
-    explicit TrackState(const Composition<T> &c) { reset(c); }
-
-    void reset(const Composition<T> &c) {
-        const T zero = splat<T>(0.0);
-        arena.assign(c.arena_size, zero);
-        int prior = 1;
-        for (const auto &m : c.modes) {
-            for (int i = 0; i < m.shape.n; ++i) {
-                arena[prior + i] = m.prior_variance[i];
-                arena[m.place + m.shape.n + packed(i, i)] = splat<T>(1.0);
-            }
-            prior += m.shape.n;
-        }
-        probability = c.initial_probability;
-        time = last_accepted = rejections = first_time = zero;
-        for (auto &value : first) value = zero;
-        for (auto &value : first_P) value = zero;
-        started = running = splat_mask<T>(false);
-        settled = false;
-    }
-};
-
-// One scan as it comes in. Lanes whose track has ended are not `active`.
-template <class T> struct Scan {
-    T time;
-    Mask<T> active;
-    T z[largest_measurement], R[packed_size(largest_measurement)];
-    bool own_noise = false, own_full = false;  // R given with the row: variances, or packed covariance
-    int one_sensor = 0;                        // of all lanes,
-    const std::int32_t *sensor = nullptr;      // or of each, where they differ
-    const T *input = nullptr;                  // known acceleration per axis
-};
-
-// What a scan says of itself, per lane.
-template <class T> struct Outcome {
-    T log_likelihood, dof, nis;
-    T pit[largest_measurement];
-    Mask<T> measured, scored, gated, restarted, initialised;  // scored: its likelihood, NIS and PIT count
-};
-
-enum Detail { plain = 0, with_nis = 1, with_pit = 2 };
 
 // What the update sees of a sensor: of a converted one, a position.
 template <class T> SensorSpec seen(const Sensor<T> &sensor) {
@@ -326,9 +273,9 @@ template <class T> class Step {
         const Mask<T> fresh = scan.active & fix.position & (inverse(s.started) | out.restarted);
         const Mask<T> second = scan.active & fix.position & s.started & inverse(s.running) & inverse(out.restarted);
         const bool two_point = c.declared.start == Start::two_point;
-        if (any(second)) complete(s, fix, second);
+        if (any(second)) complete(c, s, fix, second);
         if (any(fresh)) {
-            start(s, fix, fresh);
+            start(c, s, fix, fresh);
             const Mask<T> done = two_point ? fix.velocity | out.restarted : splat_mask<T>(true);
             s.running = (s.running & inverse(fresh)) | (fresh & done);
         }
@@ -341,67 +288,6 @@ template <class T> class Step {
         s.rejections = select<T>(fresh, splat<T>(0.0), s.rejections);
         s.last_accepted = select<T>(fresh | second, s.time, s.last_accepted);
         s.settled = all(s.running);
-    }
-
-    // From one position: no velocity unless it was measured, and each further component from its prior.
-    void start(TrackState<T> &s, const Fix<T> &fix, Mask<T> fresh) {
-        const T zero = splat<T>(0.0), spread = splat<T>(c.declared.velocity_variance);
-        for (int j = 0; j < c.count; ++j) {
-            const Mode<T> &mode = c.modes[j];
-            const int axes = mode.shape.axes, block = mode.shape.block;
-            T *x = &s.arena[mode.place], *P = x + mode.shape.n;
-            for (int i = 0; i < mode.shape.n; ++i) {
-                x[i] = select<T>(fresh, zero, x[i]);
-                for (int k = 0; k <= i; ++k)
-                    P[packed(i, k)] = select<T>(fresh, i == k ? mode.prior_variance[i] : zero, P[packed(i, k)]);
-            }
-            for (int a = 0; a < axes; ++a) {
-                const int p = a * block, v = p + 1;
-                x[p] = select<T>(fresh, fix.p[a], x[p]);
-                x[v] = select<T>(fresh & fix.velocity, fix.v[a], x[v]);
-                for (int b = 0; b <= a; ++b) {
-                    T &Pp = P[packed(p, b * block)], &Pv = P[packed(v, b * block + 1)];
-                    Pp = select<T>(fresh, fix.P[packed(a, b)], Pp);
-                    Pv = select<T>(fresh, select<T>(fix.velocity, fix.V[packed(a, b)], a == b ? spread : zero), Pv);
-                }
-            }
-            s.probability[j] = select<T>(fresh, c.initial_probability[j], s.probability[j]);
-        }
-        for (int a = 0; a < 3; ++a) s.first[a] = select<T>(fresh, fix.p[a], s.first[a]);
-        for (int k = 0; k < 6; ++k) s.first_P[k] = select<T>(fresh, fix.P[k], s.first_P[k]);
-        s.first_time = select<T>(fresh, s.time, s.first_time);
-    }
-
-    // Two-point differencing: v = (z2 - z1) / T, with acceleration of prior variance a0^2 over the step.
-    void complete(TrackState<T> &s, const Fix<T> &fix, Mask<T> second) {
-        const T step = s.time - s.first_time;
-        const Mask<T> now = second & (step > splat<T>(0.0));
-        const T over = 1.0 / select<T>(now, step, splat<T>(1.0));
-        T kept_first[3], kept_P[6], kept_time = s.first_time;
-        for (int a = 0; a < 3; ++a) kept_first[a] = s.first[a];
-        for (int k = 0; k < 6; ++k) kept_P[k] = s.first_P[k];
-        start(s, fix, now);
-        s.first_time = kept_time;
-        for (int j = 0; j < c.count; ++j) {
-            const Mode<T> &mode = c.modes[j];
-            const int block = mode.shape.block;
-            T *x = &s.arena[mode.place], *P = x + mode.shape.n;
-            const auto put = [&](int r, int k, T value) { P[packed(r, k)] = select<T>(now, value, P[packed(r, k)]); };
-            for (int a = 0; a < mode.shape.axes; ++a) {
-                const int p = a * block, v = p + 1;
-                x[v] = select<T>(now, (fix.p[a] - kept_first[a]) * over, x[v]);
-                for (int b = 0; b < mode.shape.axes; ++b) {
-                    const T R = fix.P[packed(a, b)];
-                    put(v, b * block, R * over);
-                    if (b <= a) put(v, b * block + 1, (R + kept_P[packed(a, b)]) * over * over);
-                }
-                if (block != 3) continue;
-                const T spread = mode.prior_variance[p + 2];
-                put(v, v, P[packed(v, v)] + 0.25 * step * step * spread);
-                put(p + 2, v, 0.5 * step * spread);
-            }
-        }
-        s.running = s.running | now;
     }
 };
 

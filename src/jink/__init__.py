@@ -3,9 +3,9 @@
 from typing import TYPE_CHECKING, Any
 
 from .filters.estimate import STATUS, Estimate
-from .filters.files import load
 from .filters.imm import IMM
 from .filters.kalman import Kalman
+from .filters.loading import load
 from .motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
 from .noise import OnePoint, Outliers, Prior, Sojourn, TwoPoint
 from .sensor import Bearing, Polar, Position, PositionVelocity

@@ -13,7 +13,9 @@ from ..motion import component_names, mode_names
 from ..noise import OnePoint, Outliers, Prior, TwoPoint, stationary, transition_rule
 from ..times import seconds
 from .estimate import Estimate
+from .files import save
 from .live import LiveBatch
+from .rows import array_of, measurements, row_noise, track_offsets
 
 OUTPUTS = (
     "x",
@@ -183,8 +185,6 @@ class Bank:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read."""
-        from .files import save
-
         save(self, path)
 
     def _run(
@@ -208,10 +208,10 @@ class Bank:
         n = len(rows)
         if len(times) != n:
             raise ValueError(f"time: has {len(times)} rows where z has {n}")
-        bounds = _offsets(offsets, n)
+        bounds = track_offsets(offsets, n)
         which = self._sensor_index(sensor, n)
-        noise = _row_noise(covariance, n, columns)
-        known = None if input is None else _array("input", input, (n, self.axes))
+        noise = row_noise(covariance, n, columns)
+        known = None if input is None else array_of("input", input, (n, self.axes))
         prior = initial if initial is not None else self.initial if isinstance(self.initial, Prior) else None
         prior_x, prior_P = self._prior(prior, len(bounds) - 1) if prior is not None else (None, None)
         results, slots, status = self._allocate(outputs, out, n, len(bounds) - 1, columns)
@@ -301,77 +301,12 @@ def as_sensors(sensor: Any) -> tuple[Any, ...]:
     return sensors
 
 
-def measurements(z: ArrayLike, columns: int) -> Array:
-    """z as (N, columns) floats; None is a missing row or component."""
-    try:
-        array = np.asarray(z, dtype=float)
-    except (TypeError, ValueError):
-        array = _with_missing_rows(z, columns)
-    if array.ndim == 1 and columns == 1:
-        array = array[:, None]
-    if array.ndim != 2 or array.shape[1] != columns:
-        raise ValueError(
-            f"z: expected shape (N, {columns}), one column per measured component, got {array.shape}"
-        )
-    return np.ascontiguousarray(array)
-
-
-def _with_missing_rows(z: Any, columns: int) -> Array:
-    try:
-        return np.array([[np.nan] * columns if row is None else row for row in z], dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"z: expected numbers, NaN or None, in rows of {columns}") from None
-
-
-def _offsets(offsets: ArrayLike | None, n: int) -> NDArray[np.int64]:
-    if offsets is None:
-        return np.array([0, n], dtype=np.int64)
-    bounds = np.asarray(offsets)
-    if bounds.ndim != 1 or len(bounds) < 1 or bounds.dtype.kind not in "iu":
-        raise ValueError("offsets: expected whole numbers (B + 1,)")
-    bounds = np.ascontiguousarray(bounds, dtype=np.int64)
-    if bounds[0] != 0 or bounds[-1] != n or np.any(np.diff(bounds) < 0):
-        raise ValueError(
-            f"offsets: expected to rise from 0 to the number of rows {n}, got {bounds[0]} to {bounds[-1]}"
-        )
-    return bounds
-
-
-def _row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | None:
-    if covariance is None:
-        return None
-    R = np.ascontiguousarray(covariance, dtype=float)
-    if R.shape not in ((n, columns), (n, columns, columns)):
-        raise ValueError(
-            f"covariance: expected ({n}, {columns}, {columns}), or ({n}, {columns}) variances, got {R.shape}"
-        )
-    diagonal = R if R.ndim == 2 else np.diagonal(R, axis1=1, axis2=2)
-    bad = ~(np.isfinite(diagonal) & (diagonal > 0)).all(axis=1)
-    if bad.any():
-        raise ValueError(f"covariance: row {int(np.argmax(bad))} has a variance that is not positive")
-    if R.ndim == 3 and columns > 1:
-        try:
-            np.linalg.cholesky(R)
-        except np.linalg.LinAlgError:
-            raise ValueError("covariance: some rows are not positive definite") from None
-    return R
-
-
 def _aligned(shape: tuple[int, ...]) -> Array:
     """Empty memory on a cache line's boundary, where results can be written past the caches."""
     size = int(np.prod(shape))
     raw = np.empty(size + 8)
     start = (-raw.ctypes.data // 8) % 8
     return raw[start : start + size].reshape(shape)
-
-
-def _array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
-    array = np.ascontiguousarray(value, dtype=float)
-    if array.shape != shape:
-        raise ValueError(f"{name}: expected shape {shape}, got {array.shape}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name}: has values that are not finite")
-    return array
 
 
 def _probabilities(given: ArrayLike | None, modes: int, continuous: bool, matrix: Array) -> Array:

@@ -2,7 +2,6 @@
 
 import json
 import os
-from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +18,12 @@ if TYPE_CHECKING:
 VERSION = 1
 SETTINGS: dict[str, type] = {c.__name__: c for c in (Outliers, TwoPoint, OnePoint, Prior, Sojourn)}
 KINDS: dict[str, type] = {**MOTIONS, **SENSORS, **SETTINGS}
+
+COMMON = ("linearisation", "outliers", "initial", "coast")
+ARGUMENTS: dict[str, tuple[str, ...]] = {
+    "Kalman": COMMON,
+    "IMM": ("transition", "transition_step", "mode_probability", "mixing", *COMMON),
+}
 
 
 def save(bank: "Bank", path: str | os.PathLike[str]) -> None:
@@ -37,46 +42,6 @@ def save(bank: "Bank", path: str | os.PathLike[str]) -> None:
     temporary.replace(target)
 
 
-def load(path: str | os.PathLike[str]) -> Any:
-    """Read a filter written by ``save``. Errors: ValueError naming the file and what is wrong with it."""
-    try:
-        body = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: is no JSON filter file ({error})") from None
-    if not isinstance(body, dict) or body.get("jink") != "filter":
-        raise ValueError(f'{path}: is no jink filter file; expected an object with "jink": "filter"')
-    if body.get("version") != VERSION:
-        raise ValueError(f"{path}: is of version {body.get('version')!r}; this jink reads version {VERSION}")
-    if body.get("units") != "SI":
-        raise ValueError(f"{path}: units {body.get('units')!r}; expected SI")
-    kind = body.get("filter")
-    if kind not in ARGUMENTS:
-        raise ValueError(f"{path}: filter {kind!r} is none of {', '.join(ARGUMENTS)}")
-    try:
-        motions, sensors = [_object(m) for m in body["motions"]], [_object(s) for s in body["sensors"]]
-        named = {name: _object(body[name]) for name in ARGUMENTS[kind] if name in body}
-        return _builders()[kind](motions, sensors, named)
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path}: {error}") from None
-
-
-COMMON = ("linearisation", "outliers", "initial", "coast")
-ARGUMENTS: dict[str, tuple[str, ...]] = {
-    "Kalman": COMMON,
-    "IMM": ("transition", "transition_step", "mode_probability", "mixing", *COMMON),
-}
-
-
-def _builders() -> dict[str, Callable[[list[Any], list[Any], dict[str, Any]], Any]]:
-    from .imm import IMM
-    from .kalman import Kalman
-
-    return {
-        "Kalman": lambda m, s, named: Kalman(m[0], s, **named),
-        "IMM": lambda m, s, named: IMM(m, s, **named),
-    }
-
-
 def _plain(value: Any) -> Any:
     if is_dataclass(value) and not isinstance(value, type):
         if type(value).__name__ not in KINDS:
@@ -92,12 +57,3 @@ def _plain(value: Any) -> Any:
     if value is None or isinstance(value, str | int | float | bool):
         return value
     raise TypeError(f"{type(value).__name__}: a model of your own is code and cannot be saved to a file")
-
-
-def _object(value: Any) -> Any:
-    if isinstance(value, dict):
-        kind = value.get("kind")
-        if kind not in KINDS:
-            raise ValueError(f"kind {kind!r} is none of {', '.join(KINDS)}")
-        return KINDS[kind](**{name: v for name, v in value.items() if name != "kind"})
-    return value

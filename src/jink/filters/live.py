@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..times import seconds
 from .estimate import Estimate
+from .rows import array_of, measurements, row_noise
 
 if TYPE_CHECKING:
     from .bank import Bank
@@ -43,8 +44,6 @@ class LiveBatch:
         input: ArrayLike | None = None,
     ) -> Estimate:
         """All targets at time t, one for all or (n,): z (n, m); covariance (n, m) variances or (n, m, m); input (n, axes)."""
-        from .bank import _array, _row_noise, measurements
-
         rows = measurements(z, self._columns)
         if len(rows) != self.n:
             raise ValueError(f"z: expected {self.n} rows, one per target, got {len(rows)}")
@@ -54,8 +53,8 @@ class LiveBatch:
         which = None
         if sensor is not None:
             which = self._bank._sensor_index(np.broadcast_to(np.asarray(sensor), (self.n,)), self.n)
-        noise = _row_noise(covariance, self.n, self._columns)
-        known = None if input is None else _array("input", input, (self.n, self._bank.axes))
+        noise = row_noise(covariance, self.n, self._columns)
+        known = None if input is None else array_of("input", input, (self.n, self._bank.axes))
         return self._call(times, rows, which, noise, known, predict_only=False)
 
     def predict(self, t: ArrayLike) -> Estimate:

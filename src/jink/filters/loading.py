@@ -1,0 +1,48 @@
+"""Filters read back from the files that ``save`` writes."""
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from .files import ARGUMENTS, KINDS, VERSION
+from .imm import IMM
+from .kalman import Kalman
+
+BUILDERS: dict[str, Callable[[list[Any], list[Any], dict[str, Any]], Any]] = {
+    "Kalman": lambda motions, sensors, named: Kalman(motions[0], sensors, **named),
+    "IMM": lambda motions, sensors, named: IMM(motions, sensors, **named),
+}
+
+
+def load(path: str | os.PathLike[str]) -> Any:
+    """Read a filter written by ``save``. Errors: ValueError naming the file and what is wrong with it."""
+    try:
+        body = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: is no JSON filter file ({error})") from None
+    if not isinstance(body, dict) or body.get("jink") != "filter":
+        raise ValueError(f'{path}: is no jink filter file; expected an object with "jink": "filter"')
+    if body.get("version") != VERSION:
+        raise ValueError(f"{path}: is of version {body.get('version')!r}; this jink reads version {VERSION}")
+    if body.get("units") != "SI":
+        raise ValueError(f"{path}: units {body.get('units')!r}; expected SI")
+    kind = body.get("filter")
+    if kind not in ARGUMENTS:
+        raise ValueError(f"{path}: filter {kind!r} is none of {', '.join(ARGUMENTS)}")
+    try:
+        motions, sensors = [_object(m) for m in body["motions"]], [_object(s) for s in body["sensors"]]
+        named = {name: _object(body[name]) for name in ARGUMENTS[kind] if name in body}
+        return BUILDERS[kind](motions, sensors, named)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _object(value: Any) -> Any:
+    if isinstance(value, dict):
+        kind = value.get("kind")
+        if kind not in KINDS:
+            raise ValueError(f"kind {kind!r} is none of {', '.join(KINDS)}")
+        return KINDS[kind](**{name: v for name, v in value.items() if name != "kind"})
+    return value

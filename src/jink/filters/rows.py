@@ -1,0 +1,73 @@
+"""The rows a filter is given, checked: measurements, track bounds, noise per row."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..arguments import Array
+
+
+def measurements(z: ArrayLike, columns: int) -> Array:
+    """z as (N, columns) floats; None is a missing row or component."""
+    try:
+        array = np.asarray(z, dtype=float)
+    except (TypeError, ValueError):
+        array = _with_missing_rows(z, columns)
+    if array.ndim == 1 and columns == 1:
+        array = array[:, None]
+    if array.ndim != 2 or array.shape[1] != columns:
+        raise ValueError(
+            f"z: expected shape (N, {columns}), one column per measured component, got {array.shape}"
+        )
+    return np.ascontiguousarray(array)
+
+
+def _with_missing_rows(z: Any, columns: int) -> Array:
+    try:
+        return np.array([[np.nan] * columns if row is None else row for row in z], dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"z: expected numbers, NaN or None, in rows of {columns}") from None
+
+
+def track_offsets(offsets: ArrayLike | None, n: int) -> NDArray[np.int64]:
+    if offsets is None:
+        return np.array([0, n], dtype=np.int64)
+    bounds = np.asarray(offsets)
+    if bounds.ndim != 1 or len(bounds) < 1 or bounds.dtype.kind not in "iu":
+        raise ValueError("offsets: expected whole numbers (B + 1,)")
+    bounds = np.ascontiguousarray(bounds, dtype=np.int64)
+    if bounds[0] != 0 or bounds[-1] != n or np.any(np.diff(bounds) < 0):
+        raise ValueError(
+            f"offsets: expected to rise from 0 to the number of rows {n}, got {bounds[0]} to {bounds[-1]}"
+        )
+    return bounds
+
+
+def row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | None:
+    if covariance is None:
+        return None
+    R = np.ascontiguousarray(covariance, dtype=float)
+    if R.shape not in ((n, columns), (n, columns, columns)):
+        raise ValueError(
+            f"covariance: expected ({n}, {columns}, {columns}), or ({n}, {columns}) variances, got {R.shape}"
+        )
+    diagonal = R if R.ndim == 2 else np.diagonal(R, axis1=1, axis2=2)
+    bad = ~(np.isfinite(diagonal) & (diagonal > 0)).all(axis=1)
+    if bad.any():
+        raise ValueError(f"covariance: row {int(np.argmax(bad))} has a variance that is not positive")
+    if R.ndim == 3 and columns > 1:
+        try:
+            np.linalg.cholesky(R)
+        except np.linalg.LinAlgError:
+            raise ValueError("covariance: some rows are not positive definite") from None
+    return R
+
+
+def array_of(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    array = np.ascontiguousarray(value, dtype=float)
+    if array.shape != shape:
+        raise ValueError(f"{name}: expected shape {shape}, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}: has values that are not finite")
+    return array
