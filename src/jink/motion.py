@@ -235,7 +235,7 @@ def mode_names(motions: Sequence[object]) -> tuple[str, ...]:
     for motion in motions:
         name = str(getattr(motion, "name", type(motion).__name__))
         seen = sum(
-            1 for n in names if n == name or n.rpartition("_")[0] == name and n.rpartition("_")[2].isdigit()
+            1 for n in names if n == name or (n.rpartition("_")[0] == name and n.rpartition("_")[2].isdigit())
         )
         names.append(name if not seen else f"{name}_{seen + 1}")
     return tuple(names)
