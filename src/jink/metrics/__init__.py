@@ -1,0 +1,56 @@
+"""What good means: figures of merit as functions of arrays, each with its standard error, formula and source.
+
+Errors are (runs, scans, n), estimate minus truth, NaN where there is none.
+"""
+
+from .bounds import bound_rmse, clairvoyant, information, posterior_bound, tichavsky_bound, turn_displacement
+from .comparison import Comparison, compare_means, compare_rmse, paired
+from .consistency import Consistency, consistency, log_density, log_score, nees, prediction_score
+from .errors import (
+    lost,
+    mean_euclidean,
+    measured_velocity,
+    normalised_error,
+    quantile,
+    rmse,
+    rmse_over_time,
+    trimmed_rmse,
+)
+from .figure import Figure
+from .manoeuvres import Detection, Response, detection, events, manoeuvring, response
+from .timing import microseconds_per_update
+
+__all__ = [
+    "Comparison",
+    "Consistency",
+    "Detection",
+    "Figure",
+    "Response",
+    "bound_rmse",
+    "clairvoyant",
+    "compare_means",
+    "compare_rmse",
+    "consistency",
+    "detection",
+    "events",
+    "information",
+    "log_density",
+    "log_score",
+    "lost",
+    "manoeuvring",
+    "mean_euclidean",
+    "measured_velocity",
+    "microseconds_per_update",
+    "nees",
+    "normalised_error",
+    "paired",
+    "posterior_bound",
+    "prediction_score",
+    "quantile",
+    "response",
+    "rmse",
+    "rmse_over_time",
+    "tichavsky_bound",
+    "trimmed_rmse",
+    "turn_displacement",
+]
