@@ -223,6 +223,60 @@ def track(
     raise typer.Exit(run_command(request))
 
 
+@app.command()
+def simulate(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            show_default=False,
+            help="A scenario (lee-2003, benchmark-1, random-turns, terminal-area, …; a wrong name lists all), "
+            "or a file of recorded positions whose smoothed tracks become the truth.",
+        ),
+    ],
+    output: Annotated[
+        str, typer.Option("--output", "-o", metavar="FILE", help="One table: .parquet .csv .jsonl .arrow")
+    ],
+    runs: Annotated[int, typer.Option(metavar="N", help="Monte Carlo runs.")] = 100,
+    seed: Annotated[
+        int, typer.Option(metavar="S", help="The same seed gives the same numbers.")
+    ] = 0,
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SENSOR",
+            help="radar-20hz, radar-1hz, radar-4s, radar-12s, or a position noise in metres; "
+            "without: the scenario's own.",
+        ),
+    ] = None,
+    interval: Annotated[float | None, typer.Option(metavar="SECONDS", help="Between scans.")] = None,
+    jitter: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Scans are early or late by up to this.")
+    ] = None,
+    detection: Annotated[
+        float | None, typer.Option(metavar="P", help="Probability that a scan sees the target.")
+    ] = None,
+    outliers: Annotated[
+        float | None, typer.Option(metavar="SHARE", help="Share of scans with 20 times the noise.")
+    ] = None,
+    bias: Annotated[
+        str | None, typer.Option(metavar="B1,B2", help="Added to every measurement: m, rad, m/s.")
+    ] = None,
+    kind: Annotated[
+        Kind, typer.Option(metavar="KIND", help="What a recorded file's targets are, as for track.")
+    ] = Kind.aircraft,
+    json: Annotated[bool, typer.Option("--json", help="The summary as JSON.", **Flag)] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No summary.", **Flag)] = False,
+) -> None:
+    """Measurements and truth of a scenario, as one table that jink track reads as well."""
+    from .simulate_command import SimulateRequest, run_simulate
+
+    request = SimulateRequest(
+        name, runs, seed, output, sensor, interval, jitter, detection, outliers, bias, kind.value, json, quiet
+    )
+    raise typer.Exit(run_simulate(request))
+
+
 def main() -> Any:
     """Entry point of the console script."""
     return app()

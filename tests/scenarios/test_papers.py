@@ -31,7 +31,7 @@ def filtered(name: str, acceleration_sd: float, runs: int = 500, known_input: bo
 
 
 def test_lee_2003_clairvoyant_errors():
-    """FACTS: normalised errors .3001 and .0197 of the Kalman filter that knows the input."""
+    """Normalised errors .3001 and .0197 of the Kalman filter that knows the input."""
     position, velocity, made = filtered("lee-2003", 1.0, runs=1000, known_input=True)
     measured_velocity = np.diff(made.z, axis=1, prepend=np.nan)
 

@@ -1,4 +1,4 @@
-"""Truth to test and train on: `SCENARIOS` by name; `scenario(name)` finds one or says which there are."""
+"""Truth to test and train on: `SCENARIOS` by name; `by_name` finds one or says which there are."""
 
 from .aircraft import flown
 from .benchmark import benchmark
@@ -14,10 +14,10 @@ SCENARIOS: dict[str, Scenario] = {
     for each in group
 }
 
-__all__ = ["RADARS", "SCENARIOS", "Observation", "Scenario", "Schedule", "Simulation", "scenario"]
+__all__ = ["RADARS", "SCENARIOS", "Observation", "Scenario", "Schedule", "Simulation", "by_name"]
 
 
-def scenario(name: str) -> Scenario:
+def by_name(name: str) -> Scenario:
     """The scenario of this name. Errors: ValueError naming the nearest and all."""
     if name not in SCENARIOS:
         raise ValueError(unknown("scenario", name, SCENARIOS))

@@ -69,6 +69,11 @@ class Legs:
         means = [np.diff(total, axis=1, prepend=total[:, :1]) for total in both]
         for mean in means:
             np.divide(mean[:, 1:], elapsed, out=mean[:, 1:], where=elapsed != 0)
+        # the difference of two sums is rounded; within one leg the value itself is exact
+        before, now = (find(self.start, each) for each in (time[:, :-1], time[:, 1:]))
+        within = (before == now) | ((before + 1 == now) & (rows_of(self.start, now) == time[:, 1:]))
+        for mean, value in zip(means, (self.command, rate[..., None]), strict=True):
+            mean[:, 1:] = np.where(within[..., None], rows_of(value, before), mean[:, 1:])
         return means[0], means[1][..., 0]
 
     def _integral(self, value: Array, time: Array) -> Array:

@@ -106,10 +106,10 @@ class Scenario:
         """
         observation, usual, usual_jitter = self._observation(sensor)
         schedule = self.schedule
-        if interval is not None or usual is not None:
-            schedule = schedule.every(
-                interval or usual or schedule.interval, usual_jitter if interval is None else 0.0
-            )
+        if interval is not None:
+            schedule = schedule.every(interval)
+        elif usual is not None:
+            schedule = schedule.every(usual, usual_jitter)
         if jitter is not None:
             schedule = replace(schedule, jitter=jitter)
         return replace(self, observation=replace(observation, **changes), schedule=schedule)

@@ -42,10 +42,10 @@ class Schedule:
         return replace(self, interval=interval, count=count, jitter=jitter)
 
     def times(self, draws: Draws) -> Array:
-        """(B, S), or (1, S) when all runs share the times."""
+        """(B, S), or (1, S) when all runs share the times; never before the truth begins at 0."""
         nominal = self.start + self.interval * np.arange(self.count, dtype=np.float64)[None, :]
         jitter = draws.uniform(-self.jitter, self.jitter, self.count) if self.jitter else 0.0
-        return np.asarray(nominal + jitter, dtype=np.float64)
+        return np.maximum(nominal + jitter, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
