@@ -64,6 +64,15 @@ def test_pairing_is_narrower_than_not_pairing():
     assert metrics.compare_rmse(a, b).se < 0.5 * unpaired
 
 
+def test_efficiency_and_its_spread():
+    rng = np.random.default_rng(6)
+    figures = [metrics.efficiency(*pair(rng)) for _ in range(300)]
+    a, b = pair(np.random.default_rng(0))
+    assert metrics.efficiency(a, b).value == pytest.approx(np.sqrt((a**2).sum() / (b**2).sum()))
+    assert np.mean([f.se for f in figures]) == pytest.approx(np.std([f.value for f in figures]), rel=0.15)
+    assert metrics.efficiency(a, a) == pytest.approx((1.0, 0.0), abs=1e-12)
+
+
 def test_means():
     rng = np.random.default_rng(4)
     x = rng.standard_normal((30, 8))

@@ -30,7 +30,9 @@ def nees_per_component(runs, reference, names=("px", "vx", "py", "vy")):
     truth = np.stack([runs.position, runs.velocity], axis=-1).reshape(*runs.position.shape[:2], 4)
     e = (reference.x[..., index] - truth)[:, FIRST:]
     P = reference.P[:, FIRST:][..., index, :][..., index]
-    nees = np.einsum("rki,rkij,rkj->rk", e, np.linalg.inv(P), e).mean(axis=1) / 4
+    squares = np.einsum("rki,rkij,rkj->rk", e, np.linalg.inv(P), e) / 4
+    assert np.allclose(reference.nees(runs.position, runs.velocity)[:, FIRST:], squares, rtol=1e-6)
+    nees = squares.mean(axis=1)
     return nees.mean(), nees.std(ddof=1) / np.sqrt(len(nees))
 
 

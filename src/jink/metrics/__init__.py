@@ -4,7 +4,7 @@ Errors are (runs, scans, n), estimate minus truth, NaN where there is none.
 """
 
 from .bounds import bound_rmse, clairvoyant, information, posterior_bound, tichavsky_bound, turn_displacement
-from .comparison import Comparison, compare_means, compare_rmse, paired
+from .comparison import Comparison, compare_means, compare_rmse, efficiency, paired
 from .consistency import Consistency, consistency, log_density, log_score, nees, prediction_score
 from .errors import (
     lost,
@@ -32,6 +32,7 @@ __all__ = [
     "compare_rmse",
     "consistency",
     "detection",
+    "efficiency",
     "events",
     "information",
     "log_density",

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import Array
 from .errors import as_error, rmse_influence
-from .figure import mean_over_runs, present, spread, student_quantile
+from .figure import Figure, mean_over_runs, present, spread, student_quantile
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,26 @@ def compare_rmse(a: ArrayLike, b: ArrayLike, *, first: int = 0, level: float = 0
     1) se. Scans where either has no error are left out of both. Errors: ValueError for different runs or
     scans.
     """
+    (va, ia), (vb, ib) = _paired_rmse(a, b, first)
+    return paired(va - vb, ia - ib, level=level)
+
+
+def efficiency(error: ArrayLike, reference_error: ArrayLike, *, first: int = 0) -> Figure:
+    """RMSE of a filter over that of the reference on the same runs: 1.00 leaves nothing to gain.
+
+    q = RMSE / RMSE_ref; se from each run's influence iᵣ/RMSE_ref − q i_refᵣ/RMSE_ref (delta method, paired).
+    """
+    (va, ia), (vb, ib) = _paired_rmse(error, reference_error, first)
+    return Figure(va / vb, spread((ia - va / vb * ib) / vb)) if vb > 0 else Figure(math.nan, math.nan)
+
+
+def _paired_rmse(a: ArrayLike, b: ArrayLike, first: int) -> list[tuple[float, Array]]:
+    """RMSE and influences of both, over the scans where both have an error."""
     ea, eb = as_error(a, "a"), as_error(b, "b")
     if ea.shape[:2] != eb.shape[:2]:
         raise ValueError(f"b: expected the runs and scans of a, {ea.shape[:2]}, got {eb.shape[:2]}")
     both = present(ea, 1) & present(eb, 1)
-    (va, ia), (vb, ib) = (rmse_influence(np.where(both[..., None], e, np.nan), first) for e in (ea, eb))
-    return paired(va - vb, ia - ib, level=level)
+    return [rmse_influence(np.where(both[..., None], e, np.nan), first) for e in (ea, eb)]
 
 
 def compare_means(

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..metrics.consistency import nees
 from .hypotheses import Array, Hypotheses, fuse_lightest, join, moments, switch, update
 from .priors import Prior
 
@@ -39,6 +40,16 @@ class Reference:
     acceleration: Array
     manoeuvring: Array
     log_likelihood_scan: Array
+
+    def nees(self, position: Array, velocity: Array) -> Array:
+        """Squared error of position and velocity over its covariance, per component, (runs, scans).
+
+        eᵀ P⁻¹ e / (2 axes); 1 on average over runs and scans proves the reference, truth being (runs, scans, axes).
+        """
+        axes = position.shape[2]
+        index = [self.components.index(f"{c}{axis}") for c in "pv" for axis in "xyz"[:axes]]
+        error = np.concatenate([self.position - position, self.velocity - velocity], axis=2)
+        return nees(error, self.P[..., index, :][..., index]) / (2 * axes)
 
 
 def near_optimal(z: Array, prior: Prior, *, sd: float, T: float = 1.0, hypotheses: int = 32) -> Reference:
