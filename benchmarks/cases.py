@@ -77,13 +77,13 @@ def irregular(tracks: int, scans: int, seed: int = 2, missing: float = 0.1) -> C
 
 
 def polar(case: Case, range_sd: float, azimuth_sd: float) -> Array:
-    """Range (m) and azimuth (rad, counter-clockwise from x) of the case's targets, with fresh noise.
+    """Range (m) and azimuth (rad, clockwise from y) of the case's targets, with fresh noise.
 
     The case's own noise (25 m) stays in as a small wobble of the target; only the cost is of interest.
     """
     generator = np.random.default_rng(3)
     distance = np.hypot(case.z[:, 0], case.z[:, 1]) + range_sd * generator.standard_normal(len(case.z))
-    azimuth = np.arctan2(case.z[:, 1], case.z[:, 0]) + azimuth_sd * generator.standard_normal(len(case.z))
+    azimuth = np.arctan2(case.z[:, 0], case.z[:, 1]) + azimuth_sd * generator.standard_normal(len(case.z))
     return np.column_stack([distance, azimuth])
 
 

@@ -34,15 +34,15 @@ def measure_start(repetitions: int) -> dict[str, list[float]]:
 
 
 def measure_track(repetitions: int) -> dict[str, list[float]]:
-    """Wall seconds and peak bytes of `jink track --smooth` on the quickstart collection of `traffic`."""
+    """Wall and CPU seconds and peak bytes of `jink track --smooth` on `traffic`'s quickstart collection."""
     source = fetch_collection()
-    out: dict[str, list[float]] = {"seconds": [], "bytes": []}
+    out: dict[str, list[float]] = {"seconds": [], "cpu": [], "bytes": []}
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder, "tracks.parquet")
         for _ in range(repetitions + 1):
-            seconds, peak = _run([*_jink(), "track", str(source), "-o", str(target), "--smooth", "--quiet"])
-            out["seconds"].append(seconds)
-            out["bytes"].append(peak)
+            once = _run([*_jink(), "track", str(source), "-o", str(target), "--smooth", "--quiet"])
+            for name, value in zip(out, once, strict=True):
+                out[name].append(value)
     return {name: values[1:] for name, values in out.items()}  # the first read the file from the disk
 
 
@@ -74,8 +74,8 @@ def _jink() -> list[str]:
     return [str(script)] if script.exists() else [sys.executable, "-m", "jink"]
 
 
-def _run(command: list[str]) -> tuple[float, float]:
-    """Wall seconds and peak resident bytes of one process; raises with its last words when it fails."""
+def _run(command: list[str]) -> tuple[float, float, float]:
+    """Wall seconds, CPU seconds and peak resident bytes of one process; raises with its last words."""
     with tempfile.TemporaryFile("w+") as errors:
         begin = time.perf_counter()
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors)
@@ -87,7 +87,11 @@ def _run(command: list[str]) -> tuple[float, float]:
             raise RuntimeError(
                 f"{' '.join(command[:3])}: exit {process.returncode}: {_last_line(errors.read())}"
             )
-    return seconds, usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    return (
+        seconds,
+        usage.ru_utime + usage.ru_stime,
+        usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024),
+    )
 
 
 def _last_line(text: str) -> str:

@@ -56,8 +56,13 @@ def turning(case: Case, outputs: Sequence[str] = STATES) -> Job:
 
 def live(case: Case) -> Job:
     """One IMM track; an update with a NumPy row, and its state read, per scan."""
-    estimator = _imm(_prior(case, track=0))
+    estimator = _imm()
     scans = list(zip(case.time.tolist(), case.z, strict=True))
+
+    def prepare() -> Any:
+        tracker = estimator.start()
+        tracker.begin(case.x0[0], case.P0, scans[0][0])
+        return tracker
 
     def run(tracker: Any) -> Any:
         update = tracker.update
@@ -65,12 +70,12 @@ def live(case: Case) -> Job:
             x = update(t, z).x
         return x
 
-    return Job(run, case.updates, estimator.start)
+    return Job(run, case.updates, prepare)
 
 
 def live_batch(case: Case) -> Job:
     """All tracks at once, scan by scan; the cost is of one scan of all of them."""
-    estimator = _imm(_two_point())
+    estimator = _imm()
     times = case.time[: case.scans].tolist()
     z = np.ascontiguousarray(case.measurements().transpose(1, 0, 2))
 
@@ -101,14 +106,13 @@ def jobs(tracks: int, scans: int) -> dict[str, Job]:
     }
 
 
-def _imm(initial: Any = None) -> Any:
+def _imm() -> Any:
     motions = [jink.ConstantVelocity(acceleration_sd=sd) for sd in ACCELERATION_SD]
-    options = {} if initial is None else {"initial": initial}
-    return jink.IMM(motions, jink.Position(sd=POSITION_SD), STAY, **options)
+    return jink.IMM(motions, jink.Position(sd=POSITION_SD), STAY, initial=_two_point())
 
 
-def _prior(case: Case, track: int | None = None) -> Any:
-    return jink.Prior(case.x0 if track is None else case.x0[track], case.P0)
+def _prior(case: Case) -> Any:
+    return jink.Prior(case.x0, case.P0)
 
 
 def _two_point() -> Any:

@@ -25,7 +25,9 @@ POOLS = (
     "OPENBLAS_NUM_THREADS",
     "MKL_NUM_THREADS",
 )  # other libraries' threads: one core for all
-TASKS = ("engine", "peers", "threads", "memory", "start", "track")
+# memory that is freed stays with the process, so that a round does not pay for pages fresh from the system
+KEPT = {"MALLOC_MMAP_MAX_": "0", "MALLOC_TRIM_THRESHOLD_": str(1 << 40)}
+TASKS = ("engine", "peers", "fresh", "threads", "memory", "start", "track")
 FLAGS = {
     "v4": {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
     "v3": {"avx2", "fma", "bmi2"},
@@ -38,8 +40,9 @@ def measure(chosen: tuple[str, ...], quick: bool) -> dict[str, Any]:
     size = "quick" if quick else "full"
     tasks: dict[str, Callable[[], dict[str, Any]]] = {
         "engine": lambda: _engine(size, rounds=1 if quick else 3),
-        "peers": lambda: {"peers": _attempt("peers", size)},
-        "threads": lambda: {"threads": _attempt("threads", size)},
+        "peers": lambda: {"peers": _attempt("peers", size, **KEPT)},
+        "fresh": lambda: {"fresh": _attempt("fresh", size)},
+        "threads": lambda: {"threads": _attempt("threads", size, **KEPT)},
         "memory": lambda: {
             "memory, states": _attempt("memory", size, "--outputs", "STATES"),
             "memory, everything": _attempt("memory", size, "--outputs", "EVERYTHING"),
@@ -68,6 +71,8 @@ def machine() -> dict[str, str]:
         ]
         model = found[0] if found else model
     versions = {name: _version(name) for name in ("jink", "numpy")}
+    if hasattr(os, "getloadavg"):
+        versions["load average at the start"] = f"{os.getloadavg()[0]:.1f}"
     return {"Processor": f"{model}, {os.cpu_count()} cores", "Python": platform.python_version(), **versions}
 
 
@@ -88,11 +93,12 @@ def main(arguments: list[str] | None = None) -> int:
         help="where the report goes (default: benchmarks/RESULTS.md for a whole, full run)",
     )
     options = parser.parse_args(arguments)
+    facts = machine()
     results = measure(tuple(options.only), options.quick)
     rows = targets.rows(results)
     if options.only != TASKS:
         rows = [row for row in rows if "(not run)" not in row.measured]
-    text = table.report(rows, results, machine(), "quick: indicative only" if options.quick else "full")
+    text = table.report(rows, results, facts, "quick: indicative only" if options.quick else "full")
     print(text)
     output = options.output
     if output is None and not options.quick and options.only == TASKS:
@@ -111,7 +117,7 @@ def _engine(size: str, rounds: int) -> dict[str, Any]:
     }
     for _ in range(rounds):
         for level in levels:
-            costs = _attempt("engine", size, JINK_ISA=level)
+            costs = _attempt("engine", size, JINK_ISA=level, **KEPT)
             if "error" in costs:
                 results[level] = costs
                 continue

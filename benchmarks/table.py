@@ -86,7 +86,9 @@ HOW = """\
   a textbook NumPy filter (`reference.py`) before it is timed: the largest difference relative to the largest
   value of that state component.
 - Costs are per track and update. Libraries that loop in Python get 10 tracks, array libraries the batch they
-  are fastest with (2,000 tracks), dynamax and jink all 10,000. Fresh output arrays are part of the cost.
+  are fastest with (2,000 tracks), dynamax and jink all 10,000. New output arrays are part of the cost, but not
+  what the operating system takes to find pages for them: memory once freed is kept (glibc's MALLOC_ settings,
+  the same for all). A row without a target shows what a first call into fresh memory costs.
 - A live update of jink takes a time and a NumPy row, and its state is read as a NumPy array.
 - Memory is the growth of the process's peak resident size during one call, plus the inputs, over inputs and
   outputs.

@@ -1,0 +1,99 @@
+"""The benchmark's plumbing on tiny sizes: every job runs, every row is built; no timing is asserted."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from benchmarks import cases, child, engine, peers, race, reference, table, targets
+
+
+@pytest.fixture(scope="module")
+def results() -> dict:
+    """All in-process tasks at tiny size, without other libraries."""
+    return {
+        "v4": child.run_engine(child.TINY),
+        "fresh": child.run_fresh(child.TINY),
+        "peers": child.run_peers(child.TINY, keys=()),
+        "threads": child.run_threads(child.TINY),
+        "memory, states": child.run_memory(child.TINY, "STATES"),
+        "memory, everything": child.run_memory(child.TINY, "EVERYTHING"),
+        "track": {"error": "no network"},
+        "start": {"numpy": [0.1], "jink": [0.12], "help": [0.2]},
+    }
+
+
+def test_every_target_of_the_table_has_a_row(results):
+    rows = targets.rows(results)
+    assert len(rows) >= 20
+    measured = [row for row in rows if row.reached is not None]
+    assert {"`import jink`", "`jink --help`"} <= {row.what for row in measured}
+    assert any("no network" in row.measured and row.reached is None for row in rows)
+
+
+def test_jink_does_the_peers_jobs_exactly(results):
+    for job in peers.JOBS:
+        assert results["peers"][job]["jink"]["difference"] < 1e-9, job
+
+
+def test_report_is_a_table_with_marks(results):
+    rows = targets.rows(results)
+    text = table.report(rows, results, {"Processor": "x"}, "tiny")
+    assert all(f"| {row.what}" in text for row in rows)
+    for words in ("not measured", "pass", "not installed"):
+        assert words in text
+
+
+def test_nothing_measured_still_reports():
+    rows = targets.rows({})
+    assert all(row.reached is None for row in rows)
+    assert table.report(rows, {}, {}, "none")
+
+
+def test_a_missing_peer_is_shown_as_not_installed():
+    module, why = peers.load("no_such_library")
+    assert module is None and why.startswith("not installed")
+    shown = {
+        "kalman": {
+            "jink": {"costs": [1.0], "difference": 0.0},
+            "absent": {"missing": why},
+            "unable": {"cannot": "no IMM"},
+        }
+    }
+    lines = table.peer_table(shown)
+    assert any("absent" in line and "not installed" in line for line in lines)
+    assert any("unable" in line and "cannot" in line and "no IMM" in line for line in lines)
+
+
+def test_race_interleaves_and_compares_round_by_round():
+    order: list[str] = []
+    jobs = {name: race.Job(lambda _, name=name: order.append(name), updates=1) for name in "ab"}
+    laps = race.run_race(jobs, 2)
+    assert order == ["a", "b", "a", "b", "b", "a"]
+    assert {len(lap.costs) for lap in laps.values()} == {2}
+    ratio = race.compare(race.Lap((2.0, 6.0)), race.Lap((1.0, 2.0)))
+    assert (ratio.median, ratio.low, ratio.high) == (2.5, 2.0, 3.0)
+
+
+def test_textbook_imm_with_one_mode_is_the_kalman_filter():
+    case = cases.regular(2, 12)
+    single = replace(case, Q=case.Q[:1], transition=np.eye(1), mode_probability=np.ones(1))
+    states, probability = reference.imm(single)
+    assert np.allclose(states, reference.kalman(single), rtol=1e-12, atol=1e-9)
+    assert (probability == 1).all()
+
+
+def test_jobs_without_a_peer_follow_what_is_measured():
+    """CV + CA and CV + CT estimates stay near the measurements: the models and the polar sensor fit the data."""
+    holey, uneven = cases.irregular(8, 100), cases.irregular(8, 100, missing=0.0)
+    for case, job, y in ((holey, engine.mixed(holey), 3), (uneven, engine.turning(uneven), 2)):
+        x = job.run(job.prepare())
+        away = np.hypot(*(x[:, :, [0, y]] - case.measurements()).transpose(2, 0, 1))
+        assert np.isfinite(x).all()
+        assert np.nanmedian(away) < 5 * cases.POSITION_SD
