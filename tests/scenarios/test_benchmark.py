@@ -106,3 +106,5 @@ def test_braking_and_acceleration():
         _, v, a = path(number, time)
         along = (a * v).sum(axis=1) / np.linalg.norm(v, axis=1) / G
         assert extreme(along) == pytest.approx(g, rel=0.05)
+    _, v, a = path(3, np.array([92.0]))
+    assert (a[0] @ v[0]) / np.linalg.norm(v[0]) / G == pytest.approx(-0.4, rel=0.05)

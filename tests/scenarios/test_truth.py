@@ -65,7 +65,13 @@ def test_runs_of_random_families_differ_and_shared_truths_do_not():
 
 @pytest.mark.parametrize(
     ("runs", "seed", "said"),
-    [(0, 1, "runs: expected"), (3, -1, "seed: expected"), (3, 1.5, "seed: expected")],
+    [
+        (0, 1, "runs: expected"),
+        ([], 1, "runs: expected"),
+        ([-1], 1, "runs: expected"),
+        (3, -1, "seed: expected"),
+        (3, 1.5, "seed: expected"),
+    ],
 )
 def test_wrong_numbers_are_refused(runs, seed, said):
     with pytest.raises(ValueError, match=said):

@@ -51,6 +51,37 @@ class Change:
 
 
 @dataclass(frozen=True)
+class Braking:
+    """The speed changes by `change` up to `end` and by `rest` up to `rested` (m/s, s): load (g) at first, then less.
+
+    The rate reaches the load within onset, keeps it for a while, and falls in two lines, through `end`, to 0
+    at `rested`.
+    """
+
+    begin: float
+    end: float
+    change: float
+    load: float
+    rested: float
+    rest: float
+    onset: float = 1.5
+
+    def ramps(self) -> list[tuple[float, float, float]]:
+        """Begin, end and change of the rate; the time it keeps the load follows from the change."""
+        first, then = self.load * G, 2.0 * self.rest / (self.rested - self.end)
+        fading = self.end - self.begin - self.onset
+        kept = (self.change - 0.5 * first * self.onset - 0.5 * (first + then) * fading) / (
+            0.5 * (first - then)
+        )
+        fade = self.begin + self.onset + kept
+        return [
+            (self.begin, self.begin + self.onset, first),
+            (fade, self.end, then - first),
+            (self.end, self.rested, -then),
+        ]
+
+
+@dataclass(frozen=True)
 class Height:
     """Climb by `change` (m) between begin and end (s); the vertical accelerations last `push` (s).
 
@@ -98,7 +129,7 @@ class Aircraft:
     speed: float
     course: float
     turns: tuple[Turn, ...]
-    speeds: tuple[Change, ...] = ()
+    speeds: tuple[Change | Braking, ...] = ()
     heights: tuple[Height, ...] = ()
 
 
@@ -113,7 +144,7 @@ AIRCRAFT: dict[int, Aircraft] = {
     ),
     3: Aircraft(
         "bomber", 60944.0, 60944.0, 3048.0, 457.0, -135.0, (Turn(30, 41, 45, 3.9), Turn(75, 92, -90, 3.9)),
-        speeds=(Change(75, 92, 316.0 - 457.0, 1.5, 6.4), Change(92, 114, 274.0 - 316.0)),
+        speeds=(Braking(75, 92, 316.0 - 457.0, -1.1, 114, 274.0 - 316.0),),
     ),
     4: Aircraft(
         "bomber", 30480.0, 9130.0, 2286.0, 274.0, -90.0, (Turn(30, 36, -45, 3.8), Turn(70, 84, -136, 5.8)),

@@ -140,7 +140,10 @@ def _numbers(runs: int | Sequence[int] | np.ndarray) -> np.ndarray:
         if runs < 1:
             raise ValueError(f"runs: expected a number of at least 1, got {runs}")
         return np.arange(int(runs))
-    return np.asarray(runs, dtype=np.int64)
+    numbers = np.asarray(runs, dtype=np.int64)
+    if numbers.ndim != 1 or numbers.size == 0:
+        raise ValueError(f"runs: expected a number of at least 1, or the numbers of some runs, got {runs!r}")
+    return numbers
 
 
 def _at(truth: Truth, time: Array) -> Kinematics:
