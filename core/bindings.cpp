@@ -247,8 +247,10 @@ const char *status_name(Status s) {
 
 }  // namespace
 
+void bind_stepwise(nb::module_ &module);  // for models of the user's own
+
 NB_MODULE(JINK_MODULE, module) {
-    void bind_stepwise(nb::module_ &); bind_stepwise(module);  // models of the user's own
+    bind_stepwise(module);
     module.def("cpu_level", cpu_level);
     module.attr("lanes") = lanes;
 

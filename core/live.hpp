@@ -97,7 +97,7 @@ template <class T> class Live {
     void begin(int target, const double *x, const double *P, double time) {
         TrackState<T> &s = states[target / width<T>];
         set_prior(*c, s, target % width<T>, x, P, time);
-        s.settled = all(s.running);
+        s.settled = all(s.running) && !std::isnan(time);  // without a time the first scan's is meant
     }
 
     // A target's state as plain numbers, the same on every machine; the fixed lag's past is not part of it.

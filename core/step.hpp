@@ -71,7 +71,7 @@ template <class T> class Step {
             if (any(lost)) s.started = s.started & inverse(lost), s.running = s.running & inverse(lost), s.settled = false;
         }
         T dt = scan.time - s.time;
-        if (!s.settled) dt = select<T>(s.started, dt, zero);
+        if (!s.settled) dt = select<T>(s.started & inverse(is_nan(s.time)), dt, zero);
         dt = select<T>(scan.active, dt, zero);
         propagate(s, dt, scan.input);
         s.time = select<T>(scan.active, scan.time, s.time);

@@ -6,7 +6,7 @@ a turn rate last. Process noise is given in one of the field's parameterisations
 axes; a sequence gives one per axis.
 
 A model of your own is any object with ``f(x, dt)`` (vectorised over tracks), ``Q(dt)`` and optionally ``jacobian(x, dt)``; see
-:mod:`jink.filters.stepwise`.
+:mod:`jink.stepwise`.
 """
 
 from collections.abc import Sequence
@@ -211,7 +211,7 @@ def _needs_a_plane(motion: object, axes: int) -> None:
 
 
 class OwnMotion(Protocol):
-    """A motion model of the user's own, at the least; more in :mod:`jink.filters.stepwise`."""
+    """A motion model of the user's own, at the least; more in :mod:`jink.stepwise`."""
 
     def f(self, x: Any, dt: Any) -> Any:
         """The states x (B, n) after dt (B,) seconds."""

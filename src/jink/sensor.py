@@ -2,7 +2,7 @@
 
 ``sd`` are standard deviations, ``covariance`` a full matrix; either may be overridden row by row when filtering. A sensor of
 your own is any object with ``rows`` (components), ``axes``, ``h(x)`` (vectorised over tracks), ``R`` and optionally
-``jacobian(x)`` and ``residual(z, h)``; see :mod:`jink.filters.stepwise`.
+``jacobian(x)`` and ``residual(z, h)``; see :mod:`jink.stepwise`.
 """
 
 from collections.abc import Sequence
@@ -267,7 +267,7 @@ def _extents(outliers: Outliers | None, kinds: str) -> list[float]:
 
 
 class OwnSensor(Protocol):
-    """A sensor of the user's own, at the least; more in :mod:`jink.filters.stepwise`."""
+    """A sensor of the user's own, at the least; more in :mod:`jink.stepwise`."""
 
     R: Any
 

@@ -82,7 +82,7 @@ class Bank:
                 modes_native, [s.native(self.outliers) for s in self.sensors], *rules
             )
         else:
-            from .stepwise import Stepwise
+            from ..stepwise import Stepwise
 
             given_prior = isinstance(self.initial, Prior)
             self._engine = Stepwise(self.motions, self.sensors, axes, self.outliers, given_prior, *rules)

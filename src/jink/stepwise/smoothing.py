@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import _engine
-from .own_functions import Array, at_scan
-from .stepwise_states import Record, Rows
+from .functions import Array, at_scan
+from .states import Record, Rows
 
 if TYPE_CHECKING:
-    from .stepwise import Stepwise
+    from .engine import Stepwise
 
 EPS = float(np.finfo(float).eps)
 LEAST = 1e-300  # of a weight: no pair of modes dies for good

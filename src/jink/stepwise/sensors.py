@@ -10,9 +10,9 @@ import numpy as np
 from .. import _engine
 from ..arguments import covariance, positive
 from ..noise import Outliers
-from .own_components import Seen, union
-from .own_functions import Array, ModelError, call, checked, jacobian_by_differences, regression
-from .own_modes import Mode
+from .components import Seen, union
+from .functions import Array, ModelError, call, checked, jacobian_by_differences, regression
+from .modes import Mode
 
 
 @dataclass

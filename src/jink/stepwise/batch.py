@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .own_functions import Array, at_scan
-from .stepwise_smoothing import backward
-from .stepwise_states import Outcome, Record, States
+from .functions import Array, at_scan
+from .smoothing import backward
+from .states import Outcome, Record, States
 
 if TYPE_CHECKING:
-    from .stepwise import Stepwise
+    from .engine import Stepwise
 
 SLOTS = ("x", "P", "mode_probability", "log_likelihood", "log_likelihood_scan", "nis", "nis_dof", "pit")
 

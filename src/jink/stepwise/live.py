@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..filters.estimate import STATUS
 from ..times import seconds
-from .estimate import STATUS
-from .own_functions import Array, at_scan
-from .stepwise_batch import estimate
-from .stepwise_smoothing import backward
-from .stepwise_states import Outcome, Record
+from .batch import estimate
+from .functions import Array, at_scan
+from .smoothing import backward
+from .states import Outcome, Record
 
 if TYPE_CHECKING:
-    from .stepwise import Stepwise
+    from .engine import Stepwise
 
 OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "nis", "nis_dof", "time", "status")
 

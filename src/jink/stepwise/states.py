@@ -6,8 +6,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from .own_functions import Array
-from .own_modes import Mode
+from .functions import Array
+from .modes import Mode
 
 T = TypeVar("T")
 

@@ -5,8 +5,8 @@ from itertools import chain
 
 import numpy as np
 
-from .own_functions import Array
-from .own_modes import Mode
+from .functions import Array
+from .modes import Mode
 
 KINEMATIC = (*(f"{c}{axis}" for axis in "xyz" for c in "pva"), "turn_rate")
 

@@ -35,13 +35,13 @@ import numpy as np
 
 from .. import _engine
 from ..noise import Outliers
-from .own_components import Seen, union
-from .own_functions import Array
-from .own_modes import LibraryMode, Mode, OwnMode
-from .own_sensors import LibrarySensor, Look, OwnSensor, View
-from .stepwise_start import Start, check_priors
-from .stepwise_states import Measurement, Outcome, Predicted, Record, States
-from .stepwise_weigh import matched_nis, probability_transform, weigh
+from .components import Seen, union
+from .functions import Array
+from .modes import LibraryMode, Mode, OwnMode
+from .sensors import LibrarySensor, Look, OwnSensor, View
+from .start import Start, check_priors
+from .states import Measurement, Outcome, Predicted, Record, States
+from .weigh import matched_nis, probability_transform, weigh
 
 
 class Stepwise:
@@ -81,19 +81,19 @@ class Stepwise:
 
     def one(self, lag: int) -> Any:
         """One live target."""
-        from .stepwise_live import LiveOne
+        from .live import LiveOne
 
         return LiveOne(self, lag)
 
     def many(self, n: int, lag: int) -> Any:
         """n live targets."""
-        from .stepwise_live import LiveMany
+        from .live import LiveMany
 
         return LiveMany(self, n, lag)
 
     def run(self, *arguments: Any) -> None:
         """Whole tracks at once; the arguments are those of the engine's run."""
-        from .stepwise_batch import run
+        from .batch import run
 
         run(self, *arguments)
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .own_functions import Array
-from .own_modes import Mode
-from .own_sensors import Fix
-from .stepwise_states import Outcome, States
+from .functions import Array
+from .modes import Mode
+from .sensors import Fix
+from .states import Outcome, States
 
 
 class Start:

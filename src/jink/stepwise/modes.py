@@ -8,7 +8,7 @@ import numpy as np
 from .. import _engine
 from ..arguments import positive
 from ..motion import KnownTurn, component_names
-from .own_functions import Array, StepFunction, jacobian_by_differences, regression
+from .functions import Array, StepFunction, jacobian_by_differences, regression
 
 
 class Mode(Protocol):

@@ -5,8 +5,8 @@ from math import erfc
 import numpy as np
 
 from .. import _engine
-from .own_functions import Array
-from .stepwise_states import Outcome, States
+from .functions import Array
+from .states import Outcome, States
 
 LOG_TWO_PI = float(np.log(2 * np.pi))
 
