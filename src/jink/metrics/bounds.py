@@ -24,14 +24,14 @@ def clairvoyant(
     displacement: ArrayLike | None = None,
     velocity_sd: float = 1e5,
 ) -> Estimate:
-    """The Kalman filter that is told the manoeuvre: constant velocity, noise acceleration_sd (m/s²), known
-    input.
+    """The Kalman filter that is told the manoeuvre: x⁻ = F x + G u, constant velocity.
 
-    x⁻ = F x + G u. time (runs, scans), z (runs, scans, m); input u (runs, scans, axes): acceleration (m/s²)
-    since the scan before, constant meanwhile; or displacement (runs, scans, axes, 2): what the manoeuvre
-    added since then to position (m) and velocity (m/s), exact for any motion, for Position sensors. With no
-    noise of its own the truth has no such bound: acceleration_sd must be above 0. Returns x (runs·scans, 2
-    axes). Source: Bar-Shalom, Li & Kirubarajan 2001, §11.2 (known input).
+    time (runs, scans), z (runs, scans, m), acceleration_sd (m/s²) of the process noise, above 0. What is known is
+    input u (runs, scans, axes): acceleration (m/s²) since the scan before, constant meanwhile; or displacement
+    (runs, scans, axes, 2): what the manoeuvre added since then to position (m) and velocity (m/s), exact for any
+    motion, for Position sensors. Returns x (runs · scans, 2 axes) and the rest of an estimate.
+    Errors: ValueError for a displacement beside an input or with another sensor.
+    Source: the Kalman filter with known input, Bar-Shalom, Li & Kirubarajan 2001, §5.2.
     """
     z = np.asarray(z, dtype=float)
     runs, scans, columns = z.shape
@@ -65,11 +65,10 @@ def _known_path(displacement: Array, time: Array) -> Array:
 
 
 def turn_displacement(velocity: ArrayLike, turn_rate: ArrayLike, time: ArrayLike) -> Array:
-    """What turning at a known rate adds to constant velocity, (runs, scans, axes, 2), for
-    :func:`clairvoyant`.
+    """What turning at a known rate adds to constant velocity, (runs, scans, axes, 2).
 
-    [T (S(ωT) − I) v, (R(ωT) − I) v] with the true velocity v (runs, scans, axes) of the scan before and the
-    rate ω (runs, scans) (rad/s, counter-clockwise) since then; axes beyond the second do not turn.
+    [T (S(ωT) − I) v, (R(ωT) − I) v] with the true velocity v (runs, scans, axes) of the scan before and the rate ω
+    (runs, scans) since then (rad/s, counter-clockwise); axes beyond the second do not turn.
     """
     v, rate = np.asarray(velocity, dtype=float), np.asarray(turn_rate, dtype=float)
     T = np.diff(np.broadcast_to(np.asarray(time, dtype=float), rate.shape), axis=1)
@@ -99,13 +98,12 @@ def information(jacobians: ArrayLike, R: ArrayLike) -> Array:
 
 
 def posterior_bound(F: ArrayLike, Q: ArrayLike, information: ArrayLike, P0: ArrayLike) -> Array:
-    """Posterior Cramér–Rao bound on the covariance of any filter, (scans, n, n), for linear motion and any
-    sensor.
+    """Posterior Cramér–Rao bound on any filter's covariance, (scans, n, n), for linear motion.
 
-    C_k⁻¹ = (F C_{k−1} Fᵀ + Q)⁻¹ + E[Hᵀ R⁻¹ H], from C_0⁻¹ = P0⁻¹ + the first scan's information. For a
-    linear sensor this is the Riccati recursion. F, Q (n, n) or (scans, n, n), into each scan; information
-    (scans, n, n); P0 (n, n) before the first measurement. Q may be singular. Source: Tichavský, Muravchik &
-    Nehorai, IEEE Trans. SP 46(5), 1998, eq. 21 with linear f.
+    C_k⁻¹ = (F C_{k−1} Fᵀ + Q)⁻¹ + E[Hᵀ R⁻¹ H], from C_0⁻¹ = P0⁻¹ + the first scan's information. For a linear
+    sensor this is the Riccati recursion. F, Q (n, n) or (scans, n, n), into each scan; information (scans, n, n);
+    P0 (n, n) before the first measurement. Q may be singular.
+    Source: Tichavský, Muravchik & Nehorai, IEEE Trans. SP 46(5), 1998.
     """
     J = np.asarray(information, dtype=float)
     scans, n, _ = J.shape
@@ -126,14 +124,13 @@ def _updated(P: Array, J: Array) -> Array:
 
 
 def tichavsky_bound(F: ArrayLike, Q: ArrayLike, information: ArrayLike, P0: ArrayLike) -> Array:
-    """Posterior Cramér–Rao bound for motion that is not linear: its Jacobians along each run's truth,
-    averaged.
+    """Posterior Cramér–Rao bound for motion that is not linear, J⁻¹ (scans, n, n).
 
-    J_k = D22 − D21 (J_{k−1} + D11)⁻¹ D12 + E[Hᵀ R⁻¹ H],  D11 = E[Fᵀ Q⁻¹ F], D12 = −E[Fᵀ] Q⁻¹, D22 = Q⁻¹.
-    F (runs, scans, n, n) = ∂f/∂x at the truth, into each scan; Q (n, n) or (scans, n, n), regular;
-    information (scans, n, n); P0 (n, n). Returns J⁻¹ (scans, n, n). Errors: ValueError for a singular Q, for
-    which the bound is not defined this way. Source: Tichavský, Muravchik & Nehorai, IEEE Trans. SP 46(5),
-    1998, eqs. 21, 34 to 36 (additive Gaussian noise).
+    J_k = D22 − D21 (J_{k−1} + D11)⁻¹ D12 + E[Hᵀ R⁻¹ H],
+    D11 = E[Fᵀ Q⁻¹ F], D12 = −E[Fᵀ] Q⁻¹ = D21ᵀ, D22 = Q⁻¹.
+    F (runs, scans, n, n) = ∂f/∂x at each run's truth, into each scan; Q (n, n) or (scans, n, n), regular;
+    information (scans, n, n); P0 (n, n). Errors: ValueError for a singular Q, where this form is not defined.
+    Source: Tichavský, Muravchik & Nehorai, IEEE Trans. SP 46(5), 1998 (additive Gaussian noise).
     """
     jacobians, J_z = np.asarray(F, dtype=float), np.asarray(information, dtype=float)
     scans, n, _ = J_z.shape

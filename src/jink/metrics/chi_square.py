@@ -10,8 +10,10 @@ LARGE = 2000  # degrees of freedom from which the normal approximation of the cu
 
 
 def cdf(x: float, dof: int) -> float:
-    """P(χ²(dof) ≤ x): from erf (odd dof) or exp (even dof) by P(a + 1, y) = P(a, y) − yᵃ e⁻ʸ/Γ(a + 1), y =
-    x/2."""
+    """P(χ²(dof) ≤ x), from erf (odd dof) or exp (even dof).
+
+    P(a + 1, y) = P(a, y) − yᵃ e⁻ʸ/Γ(a + 1), y = x/2, up to a = dof/2.
+    """
     if x <= 0:
         return 0.0
     y = x / 2
@@ -24,10 +26,10 @@ def cdf(x: float, dof: int) -> float:
 
 @lru_cache(maxsize=4096)
 def quantile(p: float, dof: int) -> float:
-    """x with P(χ²(dof) ≤ x) = p; bisection, from 2000 degrees of freedom by Wilson & Hilferty 1931 (error <
-    1e-5 x).
+    """x with P(χ²(dof) ≤ x) = p: bisection, for large dof an approximation (error < 1e-5 x).
 
-    x = ν (1 − 2/9ν + z √(2/9ν))³, z the normal quantile. Errors: ValueError unless 0 < p < 1 and dof ≥ 1.
+    x = ν (1 − 2/9ν + z √(2/9ν))³ from 2000 degrees of freedom, z the normal quantile (Wilson & Hilferty 1931).
+    Errors: ValueError unless 0 < p < 1 and dof is a whole number from 1.
     """
     if not 0 < p < 1 or dof < 1 or int(dof) != dof:
         raise ValueError(f"p, dof: expected a probability and a whole number from 1, got {p!r}, {dof!r}")

@@ -16,8 +16,10 @@ from .figure import Figure, mean_over_runs, present, spread, student_quantile
 
 @dataclass(frozen=True)
 class Comparison:
-    """difference (first minus second) with its standard error and the interval low … high;
-    lower_is_better."""
+    """Two filters on the same runs.
+
+    difference: first minus second, with its standard error and the interval low … high.
+    """
 
     difference: float
     se: float

@@ -32,10 +32,10 @@ class Consistency:
 
 
 def nees(error: ArrayLike, P: ArrayLike) -> Array:
-    """Normalised estimation error squared eᵀ P⁻¹ e, (runs, scans), of errors (runs, scans, n) and P (runs,
-    scans, n, n).
+    """Normalised estimation error squared eᵀ P⁻¹ e, (runs, scans).
 
-    NaN where anything is missing or P is singular. Source: Bar-Shalom, Li & Kirubarajan 2001, §5.4.2.
+    error (runs, scans, n), P (runs, scans, n, n); NaN where anything is missing or P is not positive definite.
+    Errors: ValueError for other shapes. Source: Bar-Shalom, Li & Kirubarajan 2001, §5.4.
     """
     return _decompose(error, P)[0]
 
@@ -63,11 +63,10 @@ def _decompose(error: ArrayLike, P: ArrayLike) -> tuple[Array, Array]:
 
 
 def consistency(squares: ArrayLike, dof: ArrayLike, *, first: int = 0, level: float = 0.95) -> Consistency:
-    """NEES or NIS (runs, scans) against χ² with dof (a number, or (runs, scans)) degrees of freedom; NaN and
-    dof 0 are left out.
+    """NEES or NIS (runs, scans) against χ² with dof degrees of freedom, a number or (runs, scans).
 
-    The average over the runs of a scan, times runs, is χ²(Σ dof): its band is the central interval of that
-    over runs. Source: Bar-Shalom, Li & Kirubarajan 2001, §5.4.2 and 5.4.3.
+    NaN and dof 0 are left out. The average over a scan's runs, times runs, is χ²(Σ dof): its band is the central
+    interval of that, over runs. Source: Bar-Shalom, Li & Kirubarajan 2001, §5.4.
     """
     s = np.asarray(squares, dtype=float)
     if s.ndim != 2:
@@ -97,8 +96,7 @@ def consistency(squares: ArrayLike, dof: ArrayLike, *, first: int = 0, level: fl
 
 
 def log_density(error: ArrayLike, P: ArrayLike) -> Array:
-    """ln N(e; 0, P) = −½ (eᵀ P⁻¹ e + ln det P + n ln 2π), (runs, scans); NaN where missing. Units: ln of
-    1/Πcomponents."""
+    """ln N(e; 0, P) = −½ (eᵀ P⁻¹ e + ln det P + n ln 2π), (runs, scans); NaN where missing."""
     square, log_det = _decompose(error, P)
     return -0.5 * (square + log_det + np.shape(error)[2] * math.log(2 * math.pi))
 

@@ -1,5 +1,7 @@
-"""How large the errors are. Errors are (runs, scans, n): estimate minus truth in n components (axes), NaN
-where there is none."""
+"""How large the errors are.
+
+Errors are (runs, scans, n): estimate minus truth in n components (axes), NaN where there is none.
+"""
 
 from __future__ import annotations
 
@@ -40,16 +42,15 @@ def rmse_influence(error: ArrayLike, first: int = 0) -> tuple[float, Array]:
 def rmse(error: ArrayLike, *, first: int = 0) -> Figure:
     """Root mean square error over runs and scans ≥ first, all components together.
 
-    RMSE = √(Σᵣₖ |eᵣₖ|² / Σᵣₖ 1);  se = sd over runs of the run's mean square / (2 RMSE √runs). Unit of the
-    error. Source: Bar-Shalom, Li & Kirubarajan 2001, §11.5 (root mean square errors in Monte Carlo runs).
+    RMSE = √(Σᵣₖ |eᵣₖ|² / Σᵣₖ 1);  se = sd over runs of the run's mean square / (2 RMSE √runs). Unit of the error.
+    Source: Li & Zhao, "Evaluation of estimation algorithms, part I", IEEE Trans. AES 42(4), 2006.
     """
     value, influence = rmse_influence(error, first)
     return Figure(value, spread(influence))
 
 
 def rmse_over_time(error: ArrayLike) -> tuple[Array, Array]:
-    """√(mean over runs of |e|²) of every scan, and its standard error; both (scans,). NaN where no run has
-    an error."""
+    """RMSE of every scan, √(mean over runs of |e|²), and its standard error; both (scans,), NaN without errors."""
     square = squared(error)
     there = np.isfinite(square)
     count = there.sum(axis=0)
@@ -64,8 +65,7 @@ def rmse_over_time(error: ArrayLike) -> tuple[Array, Array]:
 def mean_euclidean(error: ArrayLike, *, first: int = 0) -> Figure:
     """Mean of |e| over runs and scans ≥ first: less ruled by the largest errors than RMSE.
 
-    Source: Li & Zhao, "Evaluation of estimation algorithms, part I", IEEE Trans. AES 42(4), 2006 (average
-    Euclidean error).
+    Source: Li & Zhao, IEEE Trans. AES 42(4), 2006 (average Euclidean error).
     """
     return mean_over_runs(np.sqrt(squared(error, first)))
 
@@ -91,11 +91,10 @@ def trimmed_rmse(error: ArrayLike, *, share: float = 0.01, first: int = 0) -> Fi
 
 
 def measured_velocity(z: ArrayLike, time: ArrayLike) -> Array:
-    """Backward differences of positions z (runs, scans, axes) at time (scans,) or (runs, scans): (zₖ −
-    zₖ₋₁)/(tₖ − tₖ₋₁).
+    """Backward differences of positions, (zₖ − zₖ₋₁)/(tₖ − tₖ₋₁), (runs, scans, axes).
 
-    NaN in the first scan and beside missing measurements. Source: Lee, Joo & Park 2003 (their measured
-    velocity).
+    z (runs, scans, axes) at time (scans,) or (runs, scans); NaN in the first scan and beside missing measurements.
+    Source: Lee, Joo & Park 2003 (their measured velocity).
     """
     z = as_error(z, "z")
     dt = np.broadcast_to(np.diff(np.asarray(time, dtype=float)), (z.shape[0], z.shape[1] - 1))
@@ -105,11 +104,10 @@ def measured_velocity(z: ArrayLike, time: ArrayLike) -> Array:
 
 
 def normalised_error(error: ArrayLike, measurement_error: ArrayLike, *, first: int = 2) -> Figure:
-    """lee-2003's ζ: RMS error of the estimate over that of the measurement in each scan, averaged over scans
-    ≥ first.
+    """lee-2003's ζ: RMS error of the estimate over that of the measurement, scan by scan, averaged.
 
-    ζ = meanₖ √(Σᵣ |eᵣₖ|² / Σᵣ |nᵣₖ|²), over the runs that have both; axes pooled. 1: as bad as measuring.
-    se: each run's influence, meanₖ ζₖ/2 (aᵣₖ/aₖ − bᵣₖ/bₖ). Source: Lee, Joo & Park 2003, eq. for ζp and ζv.
+    ζ = meanₖ √(Σᵣ |eᵣₖ|² / Σᵣ |nᵣₖ|²), scans ≥ first, over the runs that have both; axes pooled. 1: as bad as
+    measuring. se: from each run's influence, meanₖ ζₖ/2 (aᵣₖ/aₖ − bᵣₖ/bₖ). Source: Lee, Joo & Park 2003.
     """
     a, b = squared(error, first), squared(measurement_error, first)
     if a.shape != b.shape:
@@ -130,8 +128,7 @@ def lost(position_error: ArrayLike, limit: float, *, scans: int = 5) -> Figure:
     """Share of runs whose track is lost: |e| > limit (m) in at least ``scans`` scans one after the other.
 
     se = √(p (1 − p)/runs). A missing estimate after the first one counts as beyond the limit.
-    Source: track loss as in Blair, Watson, Kirubarajan & Bar-Shalom 1998, whose limit is a distance from the
-    truth.
+    Source: a distance from the truth, as in Blair, Watson, Kirubarajan & Bar-Shalom 1998.
     """
     if not limit > 0 or int(scans) != scans or scans < 1:
         raise ValueError(

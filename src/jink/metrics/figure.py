@@ -33,8 +33,7 @@ class Figure(NamedTuple):
 
 
 def ratio_influence(total: Array, count: Array) -> tuple[float, Array]:
-    """q = Σ total / Σ count over runs, and each run's influence on it, (total − q count) / mean count. Both
-    (runs,)."""
+    """q = Σ total / Σ count over runs, and each run's influence (total − q count) / mean count; all (runs,)."""
     weight = count.sum()
     if not weight > 0:
         return math.nan, np.full(len(total), math.nan)
@@ -78,11 +77,10 @@ def jackknife(figure: Callable[..., float], *arrays: Array, groups: int = GROUPS
 
 
 def student_quantile(p: float, dof: float) -> float:
-    """Quantile of Student's t by its expansion around the normal one; error below 1% from 4 degrees of
-    freedom.
+    """Quantile of Student's t by its expansion around the normal one; error below 1% from dof 4.
 
-    t = z + (z³ + z)/4ν + (5z⁵ + 16z³ + 3z)/96ν² + (3z⁷ + 19z⁵ + 17z³ − 15z)/384ν³. Source: Abramowitz &
-    Stegun 26.7.5.
+    t = z + (z³ + z)/4ν + (5z⁵ + 16z³ + 3z)/96ν² + (3z⁷ + 19z⁵ + 17z³ − 15z)/384ν³.
+    Source: Abramowitz & Stegun 26.7.5.
     """
     z = NormalDist().inv_cdf(p)
     first = (z**3 + z) / (4 * dof)

@@ -1,5 +1,4 @@
-"""Around manoeuvres: how large the error gets, how long it lasts, when it is noticed and how often in
-vain."""
+"""Around manoeuvres: how large and long errors get, when manoeuvres are noticed and how often in vain."""
 
 from __future__ import annotations
 
@@ -23,8 +22,7 @@ def manoeuvring(acceleration: ArrayLike, threshold: float) -> Bools:
 
 
 def events(busy: ArrayLike, kind: Literal["onset", "end"]) -> NDArray[np.intp]:
-    """(events, 3): run, scan and the next change's scan (or the number of scans) of every change to (from)
-    manoeuvring.
+    """(events, 3): run, scan and the scan of the next change (or the number of scans) of every onset, or end.
 
     busy (runs, scans). An onset's scan is the first that manoeuvres, an end's the first that no longer does.
     """
@@ -80,9 +78,9 @@ def response(
     """Peak error and settling time after manoeuvre onsets or ends.
 
     c[j] = √(mean over events of |e|² j scans after the event), of events that see no other change until then.
-    Peak: max c[j], j ≥ 0. Settling: the first j ≥ 0 from which on c stays ≤ level, by default (1 +
-    tolerance) times the RMSE in the ``before`` scans before the events. Standard errors by a jackknife over
-    runs. Source: rise and settling time of a step response, applied to the aligned error.
+    Peak: max c[j], j ≥ 0. Settling: the first j ≥ 0 from which on c stays ≤ level, by default (1 + tolerance)
+    times the RMSE in the ``before`` scans before the events; inf if it never does within ``after`` scans.
+    Standard errors by a jackknife over runs. Source: overshoot and settling time of a step response.
     """
     square = squared(error)
     runs = events(busy, kind)[:, 0]
@@ -125,9 +123,9 @@ def _settling(curve: Array, level: float) -> float:
 
 @dataclass(frozen=True)
 class Detection:
-    """delay: mean scans from onset to notice, of the noticed; noticed: share of onsets noticed before they
-    end;
+    """How manoeuvres are noticed.
 
+    delay: mean scans from onset to notice, of the noticed; noticed: share of onsets noticed before they end;
     false_alarms: share of quiet scans that are taken for manoeuvres.
     """
 
@@ -141,10 +139,9 @@ def detection(
 ) -> Detection:
     """How a manoeuvre probability (runs, scans) notices manoeuvres, busy (runs, scans) bool being the truth.
 
-    Noticed at the first scan j ≥ onset, before the end, where the probability reaches the threshold; delay j
-    − onset. False alarms: scans ≥ first that are quiet, and have been for ``grace`` scans, with the
-    probability at or above the threshold. Source: detection delay and false-alarm rate, Bar-Shalom, Li &
-    Kirubarajan 2001, §11.6.
+    Noticed at the first scan j ≥ onset, before the end, where the probability reaches the threshold; delay
+    j − onset. False alarms: scans ≥ first that are quiet, and have been for ``grace`` scans, with the probability
+    at or above the threshold. Times are in scans. Errors: ValueError for different shapes.
     """
     p, b = np.asarray(probability, dtype=float), np.asarray(busy, dtype=bool)
     if p.shape != b.shape or p.ndim != 2:

@@ -12,8 +12,7 @@ from .figure import Figure
 
 
 def microseconds_per_update(work: Callable[[], object], updates: int, *, repetitions: int = 5) -> Figure:
-    """Median wall-clock time of ``work()`` divided by its updates (tracks × scans), µs, after one run that
-    is not counted.
+    """Median wall-clock time of ``work()`` per update (tracks × scans), µs, after a run that is not counted.
 
     se = 1.253 sd/√repetitions, that of a median. Errors: ValueError for no updates or repetitions.
     """
