@@ -26,10 +26,13 @@ def test_nees_by_inversion():
     P[1, 2] = np.nan
     e[2, 3, 0] = np.nan
     P[3, 1] = 0.0
+    P[4, 0, 1, 1] = -1.0
     value = metrics.nees(e, P)
     for r in range(5):
         for k in range(4):
-            expected = e[r, k] @ np.linalg.inv(P[r, k]) @ e[r, k] if P[r, k].any() else np.nan
+            expected = (
+                e[r, k] @ np.linalg.inv(P[r, k]) @ e[r, k] if P[r, k].any() and P[r, k, 1, 1] > 0 else np.nan
+            )
             assert value[r, k] == pytest.approx(expected, rel=1e-8, nan_ok=True)
     with pytest.raises(ValueError, match="P: expected"):
         metrics.nees(e, P[..., :3])

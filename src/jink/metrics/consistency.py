@@ -47,7 +47,7 @@ def _decompose(error: ArrayLike, P: ArrayLike) -> tuple[Array, Array]:
     if cov.shape != (*e.shape, n):
         raise ValueError(f"P: expected {(*e.shape, n)} for errors {e.shape}, got {cov.shape}")
     there = present(e, 1) & present(cov, 2)
-    scale = np.sqrt(np.where(there[..., None], np.diagonal(cov, axis1=2, axis2=3), 1.0))
+    scale = np.sqrt(np.where(there[..., None], np.maximum(np.diagonal(cov, axis1=2, axis2=3), 0.0), 1.0))
     there &= scale.min(axis=2) > 0
     scale = np.where(there[..., None], scale, 1.0)
     correlation = np.where(
