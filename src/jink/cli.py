@@ -277,6 +277,42 @@ def simulate(
     raise typer.Exit(run_simulate(request))
 
 
+@app.command()
+def compare(
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO|FILE",
+            show_default=False,
+            help="A scenario (a wrong name lists all), or a file of recorded positions without truth.",
+        ),
+    ],
+    filters: Annotated[
+        str,
+        typer.Option(
+            metavar="A,B,C.json",
+            help="Names (a wrong one lists all), all, or files written by save(); beside them always raw "
+            "measurements, tuned Kalman filters, the default IMM and the clairvoyant bound.",
+        ),
+    ] = "",
+    runs: Annotated[int, typer.Option(metavar="N", help="Monte Carlo runs, the same for all filters.")] = 1000,
+    seed: Annotated[
+        int, typer.Option(metavar="S", help="The same seed gives the same numbers.")
+    ] = 0,
+    json: Annotated[
+        str | None, typer.Option("--json", metavar="FILE", help="All figures as JSON; - for standard output.")
+    ] = None,
+    kind: Annotated[
+        Kind, typer.Option(metavar="KIND", help="What a recorded file's targets are, as for track.")
+    ] = Kind.aircraft,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No table.", **Flag)] = False,
+) -> None:
+    """A fair race of filters: common random numbers, standard errors, no verdict without an interval."""
+    from .compare_command import CompareRequest, run_compare
+
+    raise typer.Exit(run_compare(CompareRequest(scenario, filters, runs, seed, json, kind.value, quiet)))
+
+
 def main() -> Any:
     """Entry point of the console script."""
     return app()

@@ -1,0 +1,54 @@
+"""A fair race of filters: the same random numbers for all, standard errors, no verdict without an interval."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from .io.errors import InputError
+from .race import ALWAYS, FILTERS, Race
+from .race.entrants import check_names
+from .scenarios import Scenario, by_name
+
+__all__ = ["ALWAYS", "FILTERS", "Race", "compare"]
+
+
+def compare(
+    scenario: str | os.PathLike[str] | Scenario,
+    filters: str | Sequence[str] = (),
+    runs: int = 1000,
+    seed: int = 0,
+    *,
+    kind: str = "aircraft",
+    progress: Callable[[int, int], None] | None = None,
+) -> Race:
+    """Race filters on a scenario (or, without truth, on a file of recorded positions).
+
+    scenario a name, a :class:`jink.scenarios.Scenario` or a file; filters names of ``FILTERS``, "all", or files
+    that ``save`` wrote; raw measurements, tuned Kalman filters, the default IMM and the clairvoyant bound take
+    part always. runs and seed of the Monte Carlo experiment; kind of the targets in a file; progress(done,
+    runs). Interrupted (Ctrl-C), the finished runs are returned, ``partial`` being true.
+    Errors: InputError (a ValueError) for unknown names, unusable files, runs below 1 or a seed that is none.
+    """
+    if isinstance(runs, bool) or not isinstance(runs, int) or runs < 1:
+        raise InputError(f"runs is {runs!r}; expected a whole number of at least 1")
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise InputError(f"seed is {seed!r}; expected a whole number from 0")
+    names = check_names([filters] if isinstance(filters, str) else list(filters))
+    chosen: Any = scenario
+    if not isinstance(scenario, Scenario):
+        text = os.fspath(scenario)
+        if os.path.isfile(text):
+            from .race.recorded import race_on_file
+
+            return race_on_file(text, names, kind=kind, seed=seed, progress=progress)
+        if os.sep in text or "." in text:
+            raise InputError(f"there is no file {text}")
+        try:
+            chosen = by_name(text)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+    from .race.simulated import race
+
+    return race(chosen, names, runs, seed, progress=progress)

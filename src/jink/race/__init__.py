@@ -1,0 +1,6 @@
+"""The race behind :func:`jink.compare.compare`: who takes part, how runs are counted, what is said of it."""
+
+from .entrants import ALWAYS, FILTERS
+from .result import Race
+
+__all__ = ["ALWAYS", "FILTERS", "Race"]

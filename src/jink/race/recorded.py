@@ -1,0 +1,250 @@
+"""A race on recorded positions without truth: who predicts the next measurement best?
+
+Whole parts of tracks are set aside for fitting; with few parts it is the first half of each, and blocks of
+scans take the place of parts as the units that differences are paired over.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array
+from ..default_filter import choose_filter
+from ..io.cleaning import Cleaning, clean
+from ..io.errors import InputError
+from ..io.loading import Reading, load_files
+from ..io.noise_level import noise_levels
+from ..io.placing import Placed, begin_with_height, place
+from ..tracking import KINDS, usual_gap
+from .answers import GATED, UPDATED, measured_position
+from .entrants import FILTERS, SUFFIX, Course, Entrant, Unfit, from_file
+from .result import Race
+from .tally import Tally, part
+from .tally import inside as inside_band
+
+OUTPUTS = ("nis", "nis_dof", "log_likelihood_scan", "status")
+METRICS = (
+    "prediction_rmse",
+    "prediction_score",
+    "nis",
+    "nis_inside",
+    "gated",
+    "us_per_update",
+)
+FEW = 8  # parts below which time is split instead
+START = 3  # rows of a part before anything is scored
+BLOCK = 25  # scored rows that make a unit where parts are few
+TRUTHFUL = "needs the truth"
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Rows of all parts, which of them are for fitting (and lead up to them), which are scored, in which unit."""
+
+    time: Array
+    z: Array
+    offsets: np.ndarray
+    covariance: Array | None
+    sensor: Any
+    fitting: np.ndarray
+    scored: np.ndarray
+    unit: np.ndarray
+    fitted: str
+    units: str
+
+    def keywords(self) -> dict[str, Any]:
+        """For ``filter(**recording.keywords())``."""
+        return {"time": self.time, "z": self.z, "offsets": self.offsets, "covariance": self.covariance}
+
+
+def race_on_file(
+    path: str,
+    names: list[str],
+    *,
+    kind: str = "aircraft",
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+) -> Race:
+    """See :func:`jink.compare.compare`. Errors: InputError where no row can be scored."""
+    if kind not in KINDS:
+        raise InputError(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
+    recording, rows, skipped_rows = read(path, kind, seed)
+    course = _course(path, recording, kind)
+    entrants: dict[str, Entrant] = {}
+    skipped = {"rows": f"{skipped_rows} rows in another number of axes"} if skipped_rows else {}
+    for name in names:
+        try:
+            entrants[name] = _enter(name, course, seed)
+        except Unfit as reason:
+            skipped[name] = str(reason)
+    answers: dict[str, dict[str, Any]] = {}
+    try:
+        for name, entrant in entrants.items():
+            answers[name] = predicted(entrant.filter, recording)
+            if progress:
+                progress(len(answers), len(entrants))
+    except KeyboardInterrupt:
+        if not answers:
+            raise
+        skipped |= {name: "interrupted" for name in entrants if name not in answers}
+    used = recording.scored.copy()
+    for name, answer in answers.items():
+        if name != "raw":
+            used &= np.isfinite(answer["prediction_score"]) & np.isfinite(answer["prediction_rmse"])
+    if not used.any():
+        raise InputError(f"{path}: no row is predicted by all filters: {', '.join(answers)}")
+    units = int(np.unique(recording.unit[used]).size)
+    return Race(
+        scenario=path,
+        words=f"{rows} recorded rows without truth; {int(used.sum())} held-out ones are scored",
+        runs=units,
+        asked=units + any(why == "interrupted" for why in skipped.values()),
+        seed=seed,
+        entrants={name: entrants[name] for name in answers},
+        tallies={name: _tally(answer, recording, used) for name, answer in answers.items()},
+        skipped=skipped,
+        unit=recording.units,
+        metrics=METRICS,
+        compared=("prediction_rmse", "prediction_score"),
+    )
+
+
+def read(path: str, kind: str, seed: int) -> tuple[Recording, int, int]:
+    """Clean and place a file as ``jink track`` does; recording, rows of it, rows left out. Errors: InputError."""
+    measurements = load_files([path], Reading()).measurements
+    how = Cleaning(usual_gap(measurements.rows, kind), 4, True, True, True)
+    cleaned = clean(measurements.rows, measurements.position, how)
+    if not cleaned.rows.height:
+        raise InputError(f"{path}: no row is left after cleaning; jink track says why")
+    groups = place(cleaned.rows, measurements.position, None, None, False)
+    group = max(groups, key=lambda each: len(each.time))
+    level = noise_levels(group, {}, kind)
+    begin_with_height(group, level.covariance)
+    sensor = choose_filter(group.components, level.typical, kind, "cv").sensors[0]
+    covariance = None if level.uniform else level.covariance
+    recording = _split(group, sensor, covariance, seed)
+    return recording, len(group.time), sum(len(g.time) for g in groups) - len(group.time)
+
+
+def _split(group: Placed, sensor: Any, covariance: Array | None, seed: int) -> Recording:
+    offsets, n = group.offsets, len(group.time)
+    of_part = np.cumsum(group.new) - 1
+    since = np.arange(n) - offsets[of_part]
+    parts = len(offsets) - 1
+    ready = (since >= START) & np.isfinite(group.z[:, :2]).all(axis=1)
+    if parts >= FEW:
+        chosen = np.isin(of_part, np.random.default_rng(seed).permutation(parts)[: parts // 2])
+        return Recording(
+            group.time, group.z, offsets, covariance, sensor, chosen & ready, ~chosen & ready, of_part,
+            f"{parts // 2} other parts of this file", "parts",
+        )  # fmt: skip
+    early = since < np.diff(offsets)[of_part] / 2
+    scored = ~early & ready
+    return Recording(
+        group.time, group.z, offsets, covariance, sensor, early & ready, scored, np.cumsum(scored) // BLOCK,
+        "the first half of this file's tracks", f"blocks of {BLOCK} scans",
+    )  # fmt: skip
+
+
+def _course(path: str, recording: Recording, kind: str) -> Course:
+    def loss(filter: Any) -> float:
+        estimate = filter.filter(**recording.keywords(), outputs=("log_likelihood_scan", "status"))
+        rows = recording.fitting & ((estimate.status == UPDATED) | (estimate.status == GATED))
+        return -float(estimate.log_likelihood_scan[rows].mean()) if rows.any() else np.inf
+
+    steps = np.diff(recording.time)
+    steps = steps[steps > 0]
+    noise = recording.sensor.native()[9]
+    return Course(
+        name=path,
+        kind=kind,
+        sensor=recording.sensor,
+        sd=float(np.sqrt(noise[0])),
+        interval=float(np.median(steps)) if steps.size else 1.0,
+        loss=loss,
+        fitted=recording.fitted,
+        outliers=choose_filter(*_described(recording.sensor), kind, "cv").outliers,
+    )
+
+
+def _described(sensor: Any) -> tuple[tuple[str, ...], dict[str, float]]:
+    """Components and sds as `choose_filter` takes them; only the filter's outliers are wanted."""
+    return ("x", "y"), {"position": 1.0}
+
+
+def _enter(name: str, course: Course, seed: int) -> Entrant:
+    if name.endswith(SUFFIX):
+        return from_file(name, course, seed, 0)
+    if name in ("clairvoyant", "near-optimal"):
+        raise Unfit(TRUTHFUL)
+    if name == "raw":
+        return Entrant(name="raw", words="the last two measurements, extrapolated")
+    return FILTERS[name](course)
+
+
+def predicted(filter: Any, recording: Recording) -> dict[str, Any]:
+    """Squared error (m²) of the prediction of each row, log density of its measurement, NIS, seconds spent.
+
+    Every row is given twice, first without its measurement: that estimate is the prediction for its time, and
+    at no elapsed time nothing moves on to the second.
+    """
+    there = measured_position(recording.sensor, recording.z)
+    if filter is None:
+        return {"prediction_rmse": ((_extrapolated(there, recording) - there)[:, :2] ** 2).sum(axis=1)}
+    began = clock.perf_counter()
+    estimate = filter.filter(**recording.keywords(), outputs=OUTPUTS)
+    seconds = clock.perf_counter() - began
+    position = _predictions(filter, recording)
+    counted = (estimate.status == UPDATED) | (estimate.status == GATED)
+    dof = np.where(counted, estimate.nis_dof, 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        nis = np.where(dof > 0, estimate.nis / dof, np.nan)
+    return {
+        "prediction_rmse": ((position - there[:, :2]) ** 2).sum(axis=1),
+        "prediction_score": np.where(counted, estimate.log_likelihood_scan, np.nan),
+        "nis": nis,
+        "nis_inside": inside_band(estimate.nis, dof),
+        "gated": np.where(counted, estimate.status == GATED, np.nan),
+        "seconds": seconds,
+    }
+
+
+def _predictions(filter: Any, recording: Recording) -> Array:
+    z = np.full((2 * len(recording.z), recording.z.shape[1]), np.nan)
+    z[1::2] = recording.z
+    covariance = None if recording.covariance is None else np.repeat(recording.covariance, 2, axis=0)
+    estimate = filter.filter(
+        np.repeat(recording.time, 2), z, offsets=2 * recording.offsets, covariance=covariance, outputs=("x",)
+    )
+    return estimate.x[::2][:, [estimate.components.index(name) for name in ("px", "py")]]
+
+
+def _extrapolated(there: Array, recording: Recording) -> Array:
+    """Position of the two rows before, carried on in a straight line; NaN across parts."""
+    out = np.full(there.shape, np.nan)
+    t = recording.time
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ahead = ((t[2:] - t[1:-1]) / (t[1:-1] - t[:-2]))[:, None]
+        out[2:] = there[1:-1] + ahead * (there[1:-1] - there[:-2])
+    out[~np.isfinite(out)] = np.nan
+    first = recording.offsets[:-1]
+    out[np.r_[first, np.minimum(first + 1, len(t) - 1)]] = np.nan
+    return out
+
+
+def _tally(answer: dict[str, Any], recording: Recording, used: np.ndarray) -> Tally:
+    tally = Tally()
+    rows = np.flatnonzero(used)
+    unit = recording.unit[rows]
+    np.add.at(tally.runs, np.unique(unit) % tally.groups, 1.0)
+    for name, values in answer.items():
+        if name == "seconds":
+            tally.costs.append((values, len(recording.time)))
+        else:
+            tally.add(unit, name, *part(values[rows, None]))
+    return tally
