@@ -62,6 +62,9 @@ template <class T> class Combine {
 
     void expand(const Mode<T> &mode, const T *from, T *x, T *P) const {
         const StateShape &own = mode.shape, &all = c.reported;
+        const bool turning = own.turn || mode.motion.kind == MotionKind::known_turn;
+        if (!(all.block == 3 && own.block == 2 && turning) && !(all.turn && !own.turn && (own.block == 3 || turning)))
+            return copy(mode, from, x, P);
         T J[largest_state * largest_state];  // of the reported components by the mode's own
         for (int k = 0; k < all.n * own.n; ++k) J[k] = splat<T>(0.0);
         for (int i = 0; i < all.n; ++i) {
@@ -84,6 +87,16 @@ template <class T> class Combine {
                 P[packed(r, q)] = sum;
             }
         }
+    }
+
+    // A mode that says nothing of the components it lacks: they are zero.
+    void copy(const Mode<T> &mode, const T *from, T *x, T *P) const {
+        int at[largest_state];
+        const T zero = splat<T>(0.0), *covariance_of = from + mode.shape.n;
+        for (int i = 0; i < n; ++i) at[i] = place_of(c.reported, i, mode.shape), x[i] = at[i] >= 0 ? from[at[i]] : zero;
+        for (int r = 0; r < n && P; ++r)
+            for (int q = 0; q <= r; ++q)
+                P[packed(r, q)] = at[r] >= 0 && at[q] >= 0 ? covariance_of[packed(at[r], at[q])] : zero;
     }
 
     void turning_acceleration(const Mode<T> &mode, const T *from, T *x, T *J) const {
