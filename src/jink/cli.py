@@ -305,12 +305,17 @@ def compare(
     kind: Annotated[
         Kind, typer.Option(metavar="KIND", help="What a recorded file's targets are, as for track.")
     ] = Kind.aircraft,
+    columns: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MAP", help="Of a file, name columns yourself: target=hex,time_ms=t"),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No table.", **Flag)] = False,
 ) -> None:
     """A fair race of filters: common random numbers, standard errors, no verdict without an interval."""
     from .compare_command import CompareRequest, run_compare
 
-    raise typer.Exit(run_compare(CompareRequest(scenario, filters, runs, seed, json, kind.value, quiet)))
+    request = CompareRequest(scenario, filters, runs, seed, json, kind.value, columns or (), quiet)
+    raise typer.Exit(run_compare(request))
 
 
 def main() -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from .io.errors import InputError
@@ -21,13 +21,15 @@ def compare(
     seed: int = 0,
     *,
     kind: str = "aircraft",
+    columns: Mapping[str, str] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Race:
     """Race filters on a scenario (or, without truth, on a file of recorded positions).
 
     scenario a name, a :class:`jink.scenarios.Scenario` or a file; filters names of ``FILTERS``, "all", or files
     that ``save`` wrote; raw measurements, tuned Kalman filters, the default IMM and the clairvoyant bound take
-    part always. runs and seed of the Monte Carlo experiment; kind of the targets in a file; progress(done,
+    part always. runs and seed of the Monte Carlo experiment; kind of the targets in a file and
+    columns of it, role to name, as for :func:`jink.track`; progress(done,
     runs). Interrupted (Ctrl-C), the finished runs are returned, ``partial`` being true.
     Errors: InputError (a ValueError) for unknown names, unusable files, runs below 1 or a seed that is none.
     """
@@ -42,7 +44,7 @@ def compare(
         if os.path.isfile(text):
             from .race.recorded import race_on_file
 
-            return race_on_file(text, names, kind=kind, seed=seed, progress=progress)
+            return race_on_file(text, names, kind=kind, columns=columns, seed=seed, progress=progress)
         if os.sep in text or "." in text:
             raise InputError(f"there is no file {text}")
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ class CompareRequest:
     seed: int
     json: str | None = None
     kind: str = "aircraft"
+    columns: Sequence[str] = ()
     quiet: bool = False
 
 
@@ -47,6 +49,7 @@ def run_compare(request: CompareRequest) -> int:
 
 def _run(request: CompareRequest) -> int:
     from .compare import compare
+    from .track_command import parse_columns
 
     if request.runs < 1:
         raise InputError(f"--runs is {request.runs}; expected at least 1")
@@ -55,7 +58,13 @@ def _run(request: CompareRequest) -> int:
     output = _output(request)
     names = [name.strip() for name in request.filters.split(",") if name.strip()]
     race = compare(
-        request.scenario, names, request.runs, request.seed, kind=request.kind, progress=_progress(request)
+        request.scenario,
+        names,
+        request.runs,
+        request.seed,
+        kind=request.kind,
+        columns=parse_columns(list(request.columns)) or None,
+        progress=_progress(request),
     )
     if output is not None:
         _write(race.as_dict(), output)

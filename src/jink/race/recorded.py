@@ -7,7 +7,7 @@ scans take the place of parts as the units that differences are paired over.
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,13 +67,14 @@ def race_on_file(
     names: list[str],
     *,
     kind: str = "aircraft",
+    columns: Mapping[str, str] | None = None,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Race:
     """See :func:`jink.compare.compare`. Errors: InputError where no row can be scored."""
     if kind not in KINDS:
         raise InputError(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
-    recording, rows, skipped_rows = read(path, kind, seed)
+    recording, rows, skipped_rows = read(path, kind, seed, columns)
     course = _course(path, recording, kind)
     entrants: dict[str, Entrant] = {}
     skipped = {"rows": f"{skipped_rows} rows in another number of axes"} if skipped_rows else {}
@@ -114,9 +115,11 @@ def race_on_file(
     )
 
 
-def read(path: str, kind: str, seed: int) -> tuple[Recording, int, int]:
+def read(
+    path: str, kind: str, seed: int, columns: Mapping[str, str] | None = None
+) -> tuple[Recording, int, int]:
     """Clean and place a file as ``jink track`` does; recording, rows of it, rows left out. Errors: InputError."""
-    measurements = load_files([path], Reading()).measurements
+    measurements = load_files([path], Reading(columns)).measurements
     how = Cleaning(usual_gap(measurements.rows, kind), 4, True, True, True)
     cleaned = clean(measurements.rows, measurements.position, how)
     if not cleaned.rows.height:
