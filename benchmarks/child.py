@@ -72,7 +72,7 @@ def run_threads(size: Size) -> dict[str, Any]:
     case = regular(size.tracks, size.scans)
     jobs = {str(threads): engine.imm(case, threads=threads) for threads in (1, 2)}
     return {
-        name: lap.costs for name, lap in race.run_race(jobs, 3 * size.repetitions, time.perf_counter).items()
+        name: lap.costs for name, lap in race.run_race(jobs, 8 * size.repetitions, time.perf_counter).items()
     }
 
 

@@ -97,7 +97,7 @@ def main(arguments: list[str] | None = None) -> int:
     results = measure(tuple(options.only), options.quick)
     rows = targets.rows(results)
     if options.only != TASKS:
-        rows = [row for row in rows if "(not run)" not in row.measured]
+        rows = [row for row in rows if row.measured != "not measured" and "(not run)" not in row.measured]
     text = table.report(rows, results, facts, "quick: indicative only" if options.quick else "full")
     print(text)
     output = options.output

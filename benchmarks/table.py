@@ -92,5 +92,6 @@ HOW = """\
 - A live update of jink takes a time and a NumPy row, and its state is read as a NumPy array.
 - Memory is the growth of the process's peak resident size during one call, plus the inputs, over inputs and
   outputs.
+- Threads are timed by the wall clock; of 40 rounds the quicker half counts, the one other processes disturb less.
 - Start-up and `jink track` are whole processes by the wall clock; `track` has all cores.\
 """.splitlines()
