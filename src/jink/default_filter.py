@@ -7,22 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .io.errors import InputError
-
-try:
-    from .kinds import default_filter
-except ImportError:
-
-    def default_filter(kind: str, sensor: Any, axes: int) -> Any:
-        """Stands in for the justified filters of every kind."""
-        import jink
-
-        motions = [
-            jink.ConstantVelocity(acceleration_sd=0.3),
-            jink.ConstantAcceleration(jerk_psd=0.5),
-            jink.CoordinatedTurn(acceleration_sd=0.5, turn_rate_sd=0.005),
-        ]
-        return jink.IMM(motions, sensor, 0.97, transition_step=1.0, outliers=jink.Outliers())
-
+from .kinds import default_filter
 
 # m/s²: what a target of this kind pulls when it manoeuvres, for the filters with a single motion model
 ACCELERATION = {"aircraft": 3.0, "fighter": 40.0, "vessel": 0.2, "vehicle": 3.0, "drone": 5.0, "person": 1.0}
