@@ -90,6 +90,12 @@ def test_every_figure_equals_the_metrics_of_whole_arrays(monkeypatch):
         "nis_inside": nis.inside,
         "prediction_score": metrics.prediction_score(scored, first=2),
     }
+    for name, q in (("position_median", 0.5), ("position_95", 0.95)):
+        exact = metrics.quantile(error[..., :2], q, first=2)
+        assert_allclose(race.figure("imm-cv-ct", name).value, exact.value, rtol=0.005)
+        assert_allclose(race.figure("imm-cv-ct", name).se, exact.se, rtol=0.15)
+    over_time = metrics.rmse_over_time(error[:, 2:, :2])
+    assert_allclose(race.tallies["imm-cv-ct"].over_time("position"), over_time, rtol=1e-9)
     for name, figure in expected.items():
         assert_allclose(race.figure("imm-cv-ct", name), figure, rtol=1e-9, err_msg=name)
     cv = whole(scenario, race.entrants["kalman-cv"].filter, 30, 5)[2]

@@ -20,6 +20,7 @@ from ..io.errors import InputError
 from ..io.loading import Reading, load_files
 from ..io.noise_level import noise_levels
 from ..io.placing import Placed, begin_with_height, place
+from ..noise import Outliers
 from ..tracking import KINDS, usual_gap
 from .answers import GATED, UPDATED, measured_position
 from .entrants import FILTERS, SUFFIX, Course, Entrant, Unfit, from_file
@@ -171,13 +172,8 @@ def _course(path: str, recording: Recording, kind: str) -> Course:
         interval=float(np.median(steps)) if steps.size else 1.0,
         loss=loss,
         fitted=recording.fitted,
-        outliers=choose_filter(*_described(recording.sensor), kind, "cv").outliers,
+        outliers=Outliers(),
     )
-
-
-def _described(sensor: Any) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Components and sds as `choose_filter` takes them; only the filter's outliers are wanted."""
-    return ("x", "y"), {"position": 1.0}
 
 
 def _enter(name: str, course: Course, seed: int) -> Entrant:

@@ -17,6 +17,8 @@ METRICS = (
     "normalised_position",
     "normalised_velocity",
     "mean_euclidean",
+    "position_median",
+    "position_95",
     "nees",
     "nees_inside",
     "nis",
@@ -27,6 +29,7 @@ METRICS = (
     "lost",
     "us_per_update",
 )
+QUANTILES = {"position_median": 0.5, "position_95": 0.95}
 COMPARED = ("position_rmse", "velocity_rmse", "log_score")
 AGAINST = tuple(name for name in ALWAYS if name != "clairvoyant")
 
@@ -61,6 +64,8 @@ class Race:
         tally = self.tallies[name]
         if metric.startswith("normalised_"):
             return tally.normalised(metric.removeprefix("normalised_"))
+        if metric in QUANTILES:
+            return tally.quantile(QUANTILES[metric])
         if metric == "us_per_update":
             return tally.cost()
         if metric.endswith("_efficiency"):

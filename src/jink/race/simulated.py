@@ -222,6 +222,7 @@ def _count(tally: Tally, answer: Answer, simulation: Simulation, field: Field, m
     values = scored(answer, simulation, measured, first)
     for name, each in values.items():
         tally.add(runs, name, *part(each))
+    tally.add_distances(runs, np.sqrt(values["position_rmse"]))
     there = np.isfinite(values["position_rmse"])
     tally.add(runs, "estimated", there.sum(axis=1).astype(float), np.full(len(runs), float(there.shape[1])))
     axes = answer.position.shape[2]
@@ -231,6 +232,9 @@ def _count(tally: Tally, answer: Answer, simulation: Simulation, field: Field, m
     tally.add_curve(runs, "runs", np.ones((len(runs), 1)))
     for quantity in ("position", "velocity"):
         square = values[f"{quantity}_rmse"]
+        there = np.isfinite(square)
+        tally.add_curve(runs, f"{quantity}_square", np.where(there, square, 0.0))
+        tally.add_curve(runs, f"{quantity}_there", there.astype(float))
         seen, true = getattr(measured, quantity), getattr(truth, quantity)
         noise = ((seen - true[..., : seen.shape[2]]) ** 2).sum(axis=2)[:, first:]
         both = np.isfinite(square) & np.isfinite(noise)

@@ -10,6 +10,8 @@ from .result import AGAINST, Race
 
 COLUMNS = {
     "position_rmse": "position m",
+    "position_median": "median m",
+    "position_95": "95% m",
     "velocity_rmse": "velocity m/s",
     "acceleration_rmse": "accel. m/s²",
     "normalised_position": "norm. pos.",
@@ -24,7 +26,13 @@ COLUMNS = {
     "us_per_update": "µs",
 }
 WIDE = 130  # columns of a terminal that shows everything
-ONLY_WIDE = ("normalised_position", "normalised_velocity", "prediction_score")
+ONLY_WIDE = (
+    "position_median",
+    "position_95",
+    "normalised_position",
+    "normalised_velocity",
+    "prediction_score",
+)
 
 
 def show(race: Race) -> None:

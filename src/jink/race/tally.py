@@ -14,11 +14,12 @@ import numpy as np
 from ..arguments import Array
 from ..metrics import Comparison, Figure, paired
 from ..metrics.chi_square import band
-from ..metrics.figure import ratio_influence, spread
+from ..metrics.figure import jackknife, ratio_influence, spread
 from ..scenarios import Simulation
 from .answers import Answer
 from .squares import mahalanobis
 
+JACKKNIFE = 20  # groups of runs for the standard error of quantiles
 GROUPS = 1000  # for sums over scans
 SCAN_GROUPS = 100  # for sums scan by scan
 ROOTS = (
@@ -28,6 +29,7 @@ ROOTS = (
     "position_rmse_where_measured",
     "prediction_rmse",
 )
+SHORTEST, WIDTH, BINS = 1e-3, 2e-3, 11_500  # of distances (m): bins of 0.2% up to 9,700 km
 NAN = Figure(math.nan, math.nan)
 
 
@@ -89,6 +91,7 @@ class Tally:
     totals: dict[str, Array] = field(default_factory=dict)
     counts: dict[str, Array] = field(default_factory=dict)
     curves: dict[str, Array] = field(default_factory=dict)
+    bins: Array = field(default_factory=lambda: np.zeros((JACKKNIFE, BINS)))
     costs: list[tuple[float, int]] = field(default_factory=list)
     runs: Array = field(default_factory=lambda: np.zeros(0))
 
@@ -105,6 +108,31 @@ class Tally:
         """Values (B, S) of the runs with these numbers."""
         there = self.curves.setdefault(name, np.zeros((self.scan_groups, values.shape[1])))
         np.add.at(there, runs % self.scan_groups, values)
+
+    def add_distances(self, runs: np.ndarray, values: Array) -> None:
+        """Position errors (B, S) in m, NaN where there is none, into their bins."""
+        there = np.isfinite(values)
+        group = np.broadcast_to((runs % JACKKNIFE)[:, None], values.shape)[there]
+        steps = np.log(np.maximum(values[there], SHORTEST) / SHORTEST) / WIDTH
+        place = np.minimum(steps.astype(int), BINS - 1)
+        self.bins += np.bincount(group * BINS + place, minlength=self.bins.size).reshape(self.bins.shape)
+
+    def quantile(self, q: float) -> Figure:
+        """Quantile of the position error (m), as :func:`jink.metrics.quantile` to two parts in a thousand."""
+        used = self.bins[self.bins.any(axis=1)]
+        if not len(used):
+            return NAN
+        return jackknife(lambda bins: _quantile(bins.sum(axis=0), q), used, groups=JACKKNIFE)
+
+    def over_time(self, quantity: str) -> tuple[Array, Array]:
+        """RMSE of position or velocity in every scan that counts, and its standard error; both (scans,)."""
+        square, count = (self.curves[f"{quantity}_{each}"] for each in ("square", "there"))
+        kept = self.curves["runs"][:, 0] > 0
+        columns = zip(square[kept].T, count[kept].T, strict=True)
+        found = [ratio_influence(total, number) for total, number in columns]
+        value = np.sqrt([each for each, _ in found])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return value, np.array([spread(influence) for _, influence in found]) / (2 * value)
 
     def influence(self, name: str) -> tuple[float, Array]:
         """The figure and each group's influence on it, (groups that had a run,)."""
@@ -148,6 +176,14 @@ class Tally:
         each = np.array([1e6 * seconds / updates for seconds, updates in self.costs])
         se = 1.253 * each.std(ddof=1) / math.sqrt(len(each)) if len(each) > 1 else math.nan
         return Figure(float(np.median(each)), float(se))
+
+
+def _quantile(bins: Array, q: float) -> float:
+    """The distance (m) below which the share q lies, on the logarithm within its bin."""
+    total = np.cumsum(bins)
+    k = int(np.searchsorted(total, q * total[-1]))
+    share = 1 - (total[k] - q * total[-1]) / bins[k]
+    return SHORTEST * math.exp(WIDTH * (k + share))
 
 
 def difference(a: Tally, b: Tally, name: str, other: str | None = None) -> Comparison:
