@@ -1,0 +1,153 @@
+"""Real flights seen by ADS-B and by simulated radars: the filter under test, and one fitted rival per sensor.
+
+Truth for the radars is a local cubic through the ADS-B positions within 10 s, which knows nothing of motion models.
+Flights are split in two by their address: rivals are fitted on one half, everything is measured on the other.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jink import Position
+from jink.io.cleaning import Cleaning, clean
+from jink.io.loading import Reading, load_files
+from jink.io.noise_level import noise_levels
+from jink.io.placing import begin_with_height, place
+
+REACH = 10.0  # s: the local cubic sees this far back and ahead
+LONG = 40  # positions it uses at most
+SETTLED = 10  # scans of a track before its predictions count
+# name: period (s), sd of x, y and altitude (m)
+RADARS = {"terminal radar": (5.0, (50.0, 50.0, 10.0)), "en-route radar": (10.0, (150.0, 150.0, 10.0))}
+
+
+@dataclass(frozen=True)
+class Flight:
+    """Measured positions z (n, 3) with covariance (n, 3, 3) at time (n,), and where the target was (NaN: unknown)."""
+
+    target: str
+    time: np.ndarray
+    z: np.ndarray
+    covariance: np.ndarray
+    truth: np.ndarray
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """Flights laid end to end as one sensor sees them."""
+
+    sensor: Position
+    time: np.ndarray
+    z: np.ndarray
+    truth: np.ndarray
+    offsets: np.ndarray
+    covariance: np.ndarray | None = None
+
+    def batch(self) -> dict[str, Any]:
+        """What a filter takes."""
+        return {"time": self.time, "z": self.z, "offsets": self.offsets, "covariance": self.covariance}
+
+    def with_predictions(self) -> Tracks:
+        """A row without a measurement before each row: what is estimated there is the prediction."""
+        z = np.repeat(self.z, 2, axis=0)
+        z[::2] = np.nan
+        covariance = None if self.covariance is None else np.repeat(self.covariance, 2, axis=0)
+        truth = np.repeat(self.truth, 2, axis=0)
+        return Tracks(self.sensor, np.repeat(self.time, 2), z, truth, 2 * self.offsets, covariance)
+
+
+@cache
+def flights(path: Path) -> tuple[Flight, ...]:
+    """Those of a file that have altitudes, cleaned as `jink track` does, a new one after a minute without positions."""
+    measurements = load_files([str(path)], Reading()).measurements
+    cleaned = clean(measurements.rows, measurements.position, Cleaning(gap=60.0, min_points=120))
+    groups = place(cleaned.rows, measurements.position, None)
+    spatial = next(group for group in groups if group.axes == 3)
+    covariance = noise_levels(spatial, {}, "aircraft").covariance
+    begin_with_height(spatial, covariance)
+    targets = spatial.rows["target"]
+    return tuple(
+        Flight(targets[a], spatial.time[a:b], spatial.z[a:b], covariance[a:b], local_cubic(spatial.time[a:b], spatial.z[a:b]))
+        for a, b in np.lib.stride_tricks.sliding_window_view(spatial.offsets, 2).tolist()
+    )  # fmt: skip
+
+
+def held_out(flight: Flight) -> bool:
+    """Whether nothing may be fitted on it."""
+    return zlib.crc32(flight.target.encode()) % 2 == 1
+
+
+def local_cubic(time: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Least-squares cubic through the sane positions within REACH of each time; NaN where they are too few or one-sided."""
+    out = np.full(z.shape, np.nan)
+    level = _sane(time, z[:, :2], 400.0)
+    height = _sane(time, z[:, 2:], 60.0)
+    for columns, sane in ((slice(0, 2), level), (slice(2, 3), height)):
+        t, points = time[sane], z[sane, columns]
+        first, last = np.searchsorted(t, time - REACH), np.searchsorted(t, time + REACH, side="right")
+        good = np.flatnonzero((last - first >= 12) & (last - first <= LONG))
+        if not good.size:
+            continue
+        index = np.minimum(first[good, None] + np.arange(LONG), len(t) - 1)
+        used = np.arange(LONG) < (last - first)[good, None]
+        s = (t[index] - time[good, None]) / REACH
+        X = s[..., None] ** np.arange(4) * used[..., None]
+        fit = np.linalg.solve(X.swapaxes(1, 2) @ X + 1e-9 * np.eye(4), X.swapaxes(1, 2) @ points[index])[:, 0]
+        fit[~(((s < -0.5) & used).sum(axis=1) >= 2) | ~(((s > 0.5) & used).sum(axis=1) >= 2)] = np.nan
+        out[good, columns] = fit
+    return out
+
+
+def _sane(time: np.ndarray, z: np.ndarray, limit: float) -> np.ndarray:
+    """Whether a position lies within limit (m) of the line through the medians of the five before and after."""
+    sane = np.zeros(len(z), bool)
+    known = np.flatnonzero(np.isfinite(z).all(axis=1))
+    if len(known) < 11:
+        return sane
+    window = np.lib.stride_tricks.sliding_window_view(np.column_stack([time, z])[known], 11, axis=0)
+    before, after = np.median(window[..., :5], axis=-1), np.median(window[..., 6:], axis=-1)
+    here = window[..., 5]
+    part = ((here - before)[:, :1]) / (after - before)[:, :1]
+    off = np.abs(here - before - part * (after - before)).max(axis=1)
+    sane[known[5:-5]] = off < limit
+    return sane
+
+
+def ads_b(some: list[Flight]) -> Tracks:
+    """As received, with the noise `jink track` estimates; the next position itself is the truth of a prediction."""
+    parts = [(f.time, f.z, f.z) for f in some]
+    return _joined(
+        Position(sd=(30.0, 30.0, 5.0), axes=3), parts, np.concatenate([f.covariance for f in some])
+    )
+
+
+def radar(some: list[Flight], name: str, seed: int) -> Tracks:
+    """The truth every so many seconds, with noise; a new track where it is unknown for a minute."""
+    period, sd = RADARS[name]
+    rng = np.random.default_rng(seed)
+    parts = []
+    for f in some:
+        seen, last = [], -np.inf
+        for k in np.flatnonzero(np.isfinite(f.truth).all(axis=1)):
+            if f.time[k] >= last + period - 1e-6:
+                seen.append(k)
+                last = f.time[k]
+        breaks = np.flatnonzero(np.diff(f.time[seen]) > 60.0) + 1
+        for run in np.split(np.array(seen, int), breaks):
+            if len(run) >= 2 * SETTLED:
+                parts.append(
+                    (f.time[run], f.truth[run] + rng.standard_normal((len(run), 3)) * sd, f.truth[run])
+                )
+    return _joined(Position(sd=sd, axes=3), parts)
+
+
+def _joined(sensor: Position, parts: list, covariance: np.ndarray | None = None) -> Tracks:
+    time, z, truth = (np.concatenate(column) for column in zip(*parts, strict=True))
+    offsets = np.r_[0, np.cumsum([len(part[0]) for part in parts])]
+    return Tracks(sensor, time, z, truth, offsets, covariance)
