@@ -238,9 +238,7 @@ def simulate(
         str, typer.Option("--output", "-o", metavar="FILE", help="One table: .parquet .csv .jsonl .arrow")
     ],
     runs: Annotated[int, typer.Option(metavar="N", help="Monte Carlo runs.")] = 100,
-    seed: Annotated[
-        int, typer.Option(metavar="S", help="The same seed gives the same numbers.")
-    ] = 0,
+    seed: Annotated[int, typer.Option(metavar="S", help="The same seed gives the same numbers.")] = 0,
     sensor: Annotated[
         str | None,
         typer.Option(
@@ -295,10 +293,10 @@ def compare(
             "measurements, tuned Kalman filters, the default IMM and the clairvoyant bound.",
         ),
     ] = "",
-    runs: Annotated[int, typer.Option(metavar="N", help="Monte Carlo runs, the same for all filters.")] = 1000,
-    seed: Annotated[
-        int, typer.Option(metavar="S", help="The same seed gives the same numbers.")
-    ] = 0,
+    runs: Annotated[
+        int, typer.Option(metavar="N", help="Monte Carlo runs, the same for all filters.")
+    ] = 1000,
+    seed: Annotated[int, typer.Option(metavar="S", help="The same seed gives the same numbers.")] = 0,
     json: Annotated[
         str | None, typer.Option("--json", metavar="FILE", help="All figures as JSON; - for standard output.")
     ] = None,

@@ -15,12 +15,20 @@ from ..filters.loading import load
 from ..io.errors import InputError
 from ..motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Singer
 from ..noise import Outliers, Sojourn
+from ..scenarios import SCENARIOS
 from ..scenarios.scenario import unknown
 from ..sensor import Position
 from .tuning import best_noise
 
 ALWAYS = ("raw", "kalman-cv", "kalman-ca", "imm", "clairvoyant")
 SUFFIX = ".json"
+# what the parameters that are not found here were found on, which the race has to say (docs/default-filters.md)
+FAMILIES = ("lee-2003", "random-accelerations", "random-accelerations-turned", "random-turns")
+SEARCHED = "the default's search, on other draws"
+DESCENDED = "its proportions come from filters tuned on other draws"
+FLIGHTS = (
+    "its parameters were fitted on half of the flights of the collection quickstart of the package traffic"
+)
 
 
 class Unfit(ValueError):
@@ -132,7 +140,14 @@ def imm(course: Course) -> Entrant:
         return Entrant(name="imm", words="IMM of CV and CA: one axis", filter=filter)
     filter = default_filter(course.kind, course.sensor, course.axes)
     modes = ", ".join(getattr(filter, "modes", ()))
-    return Entrant(name="imm", words=f"default IMM for {course.kind}: {modes}", filter=filter)
+    recorded = course.kind == "aircraft" and course.name not in SCENARIOS
+    return Entrant(
+        name="imm",
+        words=f"default IMM for {course.kind}: {modes}",
+        filter=filter,
+        fitted=SEARCHED if course.name in FAMILIES else "",
+        note=FLIGHTS if recorded else "",
+    )
 
 
 def imm_cv_ca(course: Course) -> Entrant:
@@ -144,7 +159,11 @@ def imm_cv_ca(course: Course) -> Entrant:
     ]
     filter = IMM(modes, course.seen, Sojourn(seconds=[70.0, 16.0]), outliers=course.outliers)
     words = f"IMM of CV and CA, acceleration prior sd {a:g} m/s², mean stays 70 and 16 s"
-    return Entrant(name="imm-cv-ca", words=words, filter=filter)
+    return Entrant(name="imm-cv-ca", words=words, filter=filter, fitted=_descent(course))
+
+
+def _descent(course: Course) -> str:
+    return DESCENDED if course.name in FAMILIES else ""
 
 
 def imm_cv_ct(course: Course) -> Entrant:
@@ -161,6 +180,7 @@ def imm_cv_ct(course: Course) -> Entrant:
         name="imm-cv-ct",
         words="IMM of CV and CT, turn rate prior sd 3.4°/s, mean stays 70 and 16 s",
         filter=filter,
+        fitted=_descent(course),
     )
 
 

@@ -111,7 +111,7 @@ def remarks(race: Race) -> list[str]:
     here = [f"{name} ({e.fitted})" for name, e in fitted.items() if not e.in_sample]
     seen = [name for name, e in fitted.items() if e.in_sample]
     if here:
-        lines.append(f"* fitted on this scenario, on other runs: {', '.join(here)}")
+        lines.append(f"* fitted on this scenario (other runs of it): {', '.join(here)}")
     if seen:
         lines.append(
             f"** fitted on the seed of this race, so not compared with the others: {', '.join(seen)}"
