@@ -52,20 +52,38 @@ def two_modes(sensor: jink.Position, outliers: jink.Outliers) -> tuple[Build, li
 
 def likelihood(bank: object, data: Tracks, threads: int = 1) -> float:
     """Mean log-likelihood per row."""
-    found = bank.filter(data.time, data.z, offsets=data.offsets, covariance=data.covariance, threads=threads, outputs=("log_likelihood",))
+    found = bank.filter(
+        data.time,
+        data.z,
+        offsets=data.offsets,
+        covariance=data.covariance,
+        threads=threads,
+        outputs=("log_likelihood",),
+    )
     return float(found.log_likelihood.sum() / len(data.time))
 
 
 def fitted(maker: Callable[..., tuple[Build, list[float]]], data: Tracks, outliers: jink.Outliers) -> object:
     """The filter of the greatest likelihood on training data."""
     build, start = maker(data.sensor, outliers)
-    found = minimize(lambda p: -likelihood(build(p), data), start, method="Nelder-Mead", options={"maxfev": 120, "xatol": 0.03, "fatol": 1e-3})
+    found = minimize(
+        lambda p: -likelihood(build(p), data),
+        start,
+        method="Nelder-Mead",
+        options={"maxfev": 120, "xatol": 0.03, "fatol": 1e-3},
+    )
     return build(found.x)
 
 
 def row(name: str, bank: object, data: Tracks) -> str:
     """One line of the table: everything on held-out data."""
-    est = bank.filter(data.time, data.z, offsets=data.offsets, covariance=data.covariance, outputs=("x", "log_likelihood", "nis", "nis_dof", "status"))
+    est = bank.filter(
+        data.time,
+        data.z,
+        offsets=data.offsets,
+        covariance=data.covariance,
+        outputs=("x", "log_likelihood", "nis", "nis_dof", "status"),
+    )
     age = np.arange(len(data.time)) - np.repeat(data.offsets[:-1], np.diff(data.offsets))
     places = [est.components.index(f"p{axis}") for axis in "xyz"[: data.z.shape[1]]]
     error = np.sqrt(((est.x[:, places] - data.truth) ** 2).sum(axis=1))
@@ -97,7 +115,13 @@ def simulated(name: str, runs: range, seed: int) -> Tracks:
     made = SCENARIOS[name].simulate(runs, seed)
     batch = made.batch()
     n = made.z.shape[1]
-    return Tracks(made.scenario.observation.sensor, batch["time"], batch["z"], made.truth.position.reshape(-1, made.z.shape[2]), np.arange(len(runs) + 1) * n)
+    return Tracks(
+        made.scenario.observation.sensor,
+        batch["time"],
+        batch["z"],
+        made.truth.position.reshape(-1, made.z.shape[2]),
+        np.arange(len(runs) + 1) * n,
+    )
 
 
 def main() -> None:

@@ -317,17 +317,10 @@ def test_a_hopeless_stream_ends_with_exit_2(content):
     assert done.returncode == 2 and done.stdout == b"" and b"Traceback" not in done.stderr
 
 
-def test_help_is_quick_and_shows_every_option():
-    def seconds(*command: str) -> float:
-        before = os.times()
-        subprocess.run([sys.executable, *command], capture_output=True, check=True)
-        after = os.times()
-        return after.children_user + after.children_system - before.children_user - before.children_system
-
+def test_help_shows_every_option_without_heavy_imports():
     shown = piped("track", "--help", stdin=b"").stdout.decode()
     for option in ("--smooth", "--report", "--columns", "--sensor-sd", "--gap", "--json", "--kind"):
         assert option in shown
-    extra = min(seconds("-m", "jink.cli", "--help") for _ in range(4)) - min(
-        seconds("-c", "import numpy") for _ in range(4)
-    )
-    assert extra < 0.3  # 0.15 s on a quiet machine
+    heavy = "import sys, jink.cli; print([m for m in ('polars', 'pyproj', 'pandas', 'scipy') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", heavy], capture_output=True, check=True, text=True)
+    assert done.stdout.strip() == "[]"

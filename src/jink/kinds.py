@@ -40,7 +40,9 @@ class Kind:
 
 
 def _in_axes(mode: Motion, axes: int) -> Motion:
-    cut = {f.name: getattr(mode, f.name)[:axes] for f in fields(mode) if isinstance(getattr(mode, f.name), tuple)}
+    cut = {
+        f.name: getattr(mode, f.name)[:axes] for f in fields(mode) if isinstance(getattr(mode, f.name), tuple)
+    }
     return replace(mode, **cut)
 
 
@@ -64,7 +66,9 @@ def three_modes(
     return (
         ConstantVelocity(acceleration_psd=each(quiet)),
         ConstantAcceleration(jerk_psd=each(jerk), acceleration_prior_sd=each(acceleration)),
-        CoordinatedTurn(acceleration_psd=each(turn), turn_rate_psd=turn_rate_psd, turn_rate_prior_sd=turn_rate),
+        CoordinatedTurn(
+            acceleration_psd=each(turn), turn_rate_psd=turn_rate_psd, turn_rate_prior_sd=turn_rate
+        ),
     )
 
 
@@ -96,7 +100,12 @@ FIGHTER = Kind(
         CoordinatedTurn(acceleration_psd=4.46, turn_rate_psd=3.13e-8, turn_rate_prior_sd=0.0579),
     ),
     seconds=(45.5, 11.0, 6.5, 15.4),
-    to=((0.0, 0.007, 0.297, 0.696), (0.973, 0.0, 0.019, 0.008), (0.013, 0.888, 0.0, 0.099), (0.454, 0.54, 0.006, 0.0)),
+    to=(
+        (0.0, 0.007, 0.297, 0.696),
+        (0.973, 0.0, 0.019, 0.008),
+        (0.013, 0.888, 0.0, 0.099),
+        (0.454, 0.54, 0.006, 0.0),
+    ),
     speed=300.0,
     extent=(1e5, 2e4),
     coast=120.0,
@@ -151,7 +160,9 @@ def default_filter(kind: str, sensor: Sensor, axes: int | None = None) -> IMM:
         raise ValueError(f"kind: {kind!r} is none of {', '.join(KINDS)}{hint}")
     chosen, n = KINDS[kind], int(axes or sensor.axes or 2)
     if n < 2:
-        raise ValueError("default_filter: the default filters turn in a plane; expected a sensor of 2 or 3 axes, got 1")
+        raise ValueError(
+            "default_filter: the default filters turn in a plane; expected a sensor of 2 or 3 axes, got 1"
+        )
     return IMM(
         chosen.motions(n),
         sensor,
@@ -170,5 +181,11 @@ def _extents(kind: Kind, sensor: Sensor) -> tuple[float, ...] | float:
         return places
     if isinstance(sensor, PositionVelocity):
         return (*places, *(10 * kind.speed,) * len(places))
-    by_name = {"range": flat, "azimuth": 2 * pi, "elevation": 2 * pi, "height": up, "range_rate": 10 * kind.speed}
+    by_name = {
+        "range": flat,
+        "azimuth": 2 * pi,
+        "elevation": 2 * pi,
+        "height": up,
+        "range_rate": 10 * kind.speed,
+    }
     return tuple(by_name[name] for name in sensor.components)
