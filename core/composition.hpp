@@ -105,9 +105,11 @@ template <class T> struct Composition {
             return to;
         };
         arena_size = 1;  // place 0 holds a zero
+        bool alike = true;  // all modes have the same components
+        for (const auto &m : d.modes) alike = alike && m.shape.n == d.modes[0].shape.n;
         for (const auto &m : d.modes) {
             Mode<T> mode{m.motion, m.shape, motion_kernels<T>(m.motion, d.unscented), update_kernels<T>(m.shape),
-                         mix_kernel<T>(m.shape.n), numbers(m.parameters), numbers(m.prior_variance), 0, {}};
+                         alike ? mix_kernel<T, true>(m.shape.n) : mix_kernel<T, false>(m.shape.n), numbers(m.parameters), numbers(m.prior_variance), 0, {}};
             arena_size += m.shape.n;  // its prior variances
             derived = derived || m.shape.n != reported.n;
             modes.push_back(mode);
