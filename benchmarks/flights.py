@@ -29,18 +29,19 @@ RADARS = {"terminal radar": (5.0, (50.0, 50.0, 10.0)), "en-route radar": (10.0, 
 
 @dataclass(frozen=True)
 class Flight:
-    """Measured positions z (n, 3) with covariance (n, 3, 3) at time (n,), and where the target was (NaN: unknown)."""
+    """Measured positions z (n, 3) with covariance (n, 3, 3) at time (n,); true position and acceleration (NaN: unknown)."""
 
     target: str
     time: np.ndarray
     z: np.ndarray
     covariance: np.ndarray
     truth: np.ndarray
+    acceleration: np.ndarray
 
 
 @dataclass(frozen=True)
 class Tracks:
-    """Flights laid end to end as one sensor sees them."""
+    """Targets laid end to end as one sensor sees them."""
 
     sensor: Position
     time: np.ndarray
@@ -48,6 +49,7 @@ class Tracks:
     truth: np.ndarray
     offsets: np.ndarray
     covariance: np.ndarray | None = None
+    acceleration: np.ndarray | None = None
 
     def batch(self) -> dict[str, Any]:
         """What a filter takes."""
@@ -73,7 +75,7 @@ def flights(path: Path) -> tuple[Flight, ...]:
     begin_with_height(spatial, covariance)
     targets = spatial.rows["target"]
     return tuple(
-        Flight(targets[a], spatial.time[a:b], spatial.z[a:b], covariance[a:b], local_cubic(spatial.time[a:b], spatial.z[a:b]))
+        Flight(targets[a], spatial.time[a:b], spatial.z[a:b], covariance[a:b], *local_cubic(spatial.time[a:b], spatial.z[a:b]))
         for a, b in np.lib.stride_tricks.sliding_window_view(spatial.offsets, 2).tolist()
     )  # fmt: skip
 
@@ -83,9 +85,12 @@ def held_out(flight: Flight) -> bool:
     return zlib.crc32(flight.target.encode()) % 2 == 1
 
 
-def local_cubic(time: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Least-squares cubic through the sane positions within REACH of each time; NaN where they are too few or one-sided."""
-    out = np.full(z.shape, np.nan)
+def local_cubic(time: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Position and acceleration of the least-squares cubic through the sane positions within REACH of each time.
+
+    NaN where they are too few or one-sided.
+    """
+    position, acceleration = np.full(z.shape, np.nan), np.full(z.shape, np.nan)
     level = _sane(time, z[:, :2], 400.0)
     height = _sane(time, z[:, 2:], 60.0)
     for columns, sane in ((slice(0, 2), level), (slice(2, 3), height)):
@@ -98,10 +103,10 @@ def local_cubic(time: np.ndarray, z: np.ndarray) -> np.ndarray:
         used = np.arange(LONG) < (last - first)[good, None]
         s = (t[index] - time[good, None]) / REACH
         X = s[..., None] ** np.arange(4) * used[..., None]
-        fit = np.linalg.solve(X.swapaxes(1, 2) @ X + 1e-9 * np.eye(4), X.swapaxes(1, 2) @ points[index])[:, 0]
+        fit = np.linalg.solve(X.swapaxes(1, 2) @ X + 1e-9 * np.eye(4), X.swapaxes(1, 2) @ points[index])
         fit[~(((s < -0.5) & used).sum(axis=1) >= 2) | ~(((s > 0.5) & used).sum(axis=1) >= 2)] = np.nan
-        out[good, columns] = fit
-    return out
+        position[good, columns], acceleration[good, columns] = fit[:, 0], 2.0 * fit[:, 2] / REACH**2
+    return position, acceleration
 
 
 def _sane(time: np.ndarray, z: np.ndarray, limit: float) -> np.ndarray:
@@ -121,7 +126,7 @@ def _sane(time: np.ndarray, z: np.ndarray, limit: float) -> np.ndarray:
 
 def ads_b(some: list[Flight]) -> Tracks:
     """As received, with the noise `jink track` estimates; the next position itself is the truth of a prediction."""
-    parts = [(f.time, f.z, f.z) for f in some]
+    parts = [(f.time, f.z, f.z, f.acceleration) for f in some]
     return _joined(
         Position(sd=(30.0, 30.0, 5.0), axes=3), parts, np.concatenate([f.covariance for f in some])
     )
@@ -141,13 +146,12 @@ def radar(some: list[Flight], name: str, seed: int) -> Tracks:
         breaks = np.flatnonzero(np.diff(f.time[seen]) > 60.0) + 1
         for run in np.split(np.array(seen, int), breaks):
             if len(run) >= 2 * SETTLED:
-                parts.append(
-                    (f.time[run], f.truth[run] + rng.standard_normal((len(run), 3)) * sd, f.truth[run])
-                )
+                z = f.truth[run] + rng.standard_normal((len(run), 3)) * sd
+                parts.append((f.time[run], z, f.truth[run], f.acceleration[run]))
     return _joined(Position(sd=sd, axes=3), parts)
 
 
 def _joined(sensor: Position, parts: list, covariance: np.ndarray | None = None) -> Tracks:
-    time, z, truth = (np.concatenate(column) for column in zip(*parts, strict=True))
+    time, z, truth, acceleration = (np.concatenate(column) for column in zip(*parts, strict=True))
     offsets = np.r_[0, np.cumsum([len(part[0]) for part in parts])]
-    return Tracks(sensor, time, z, truth, offsets, covariance)
+    return Tracks(sensor, time, z, truth, offsets, covariance, acceleration)

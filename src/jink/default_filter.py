@@ -7,17 +7,19 @@ from pathlib import Path
 from typing import Any
 
 from .io.errors import InputError
-from .kinds import default_filter
+from .kinds import RARE, default_filter
 
 # m/s²: what a target of this kind pulls when it manoeuvres, for the filters with a single motion model
 ACCELERATION = {"aircraft": 3.0, "fighter": 40.0, "vessel": 0.2, "vehicle": 3.0, "drone": 5.0, "person": 1.0}
 NAMES = ("imm", "cv", "ca", "singer")
 
 
-def choose_filter(components: Sequence[str], sd: Mapping[str, float], kind: str, chosen: Any) -> Any:
+def choose_filter(
+    components: Sequence[str], sd: Mapping[str, float], kind: str, chosen: Any, gap: float = 0.0
+) -> Any:
     """A filter for measured `components` (x, y, altitude, ...) of typical `sd`s.
 
-    `chosen` is a filter, a name, or None for the kind's default.
+    `chosen` is a filter, a name, or None for the kind's default; gap (s): the longest within a part of a track.
     """
     axes = len(components)
     if chosen is not None and not isinstance(chosen, str):
@@ -25,7 +27,7 @@ def choose_filter(components: Sequence[str], sd: Mapping[str, float], kind: str,
         return chosen
     sensor = _sensor(components, sd)
     if chosen in (None, "imm"):
-        return default_filter(kind, sensor, axes)
+        return default_filter(kind, sensor, axes, interval=gap / RARE, coast=0.0)  # parts end at gaps already
     if chosen in NAMES:
         return _single(chosen, sensor, ACCELERATION[kind])
     raise InputError(

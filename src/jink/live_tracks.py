@@ -150,7 +150,10 @@ class LiveTracks:
             names = {"geographic": ("x", "y", "altitude"), "cartesian": ("x", "y", "z")}
             components = names.get(position, ("range", "azimuth", third or ""))[:axes]
             usual = _usual(given, self.settings.kind)
-            self.filters[axes] = choose_filter(components, usual, self.settings.kind, self.settings.filter)
+            gap = self.settings.gap or 0.0
+            self.filters[axes] = choose_filter(
+                components, usual, self.settings.kind, self.settings.filter, gap
+            )
             note = "measurement noise cannot be estimated from a stream: taken as usual, --sensor-sd sets it"
             if not given and self.settings.filter is None and note not in self.notes:
                 self.notes.append(note)

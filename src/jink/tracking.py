@@ -151,7 +151,8 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
     """Clean, place, filter; the summary says what was done. Raises InputError when no track is left."""
     began = clock.perf_counter()
     measurements = loaded.measurements
-    gap = settings.gap if settings.gap is not None else usual_gap(measurements.rows, settings.kind)
+    usual = usual_gap(measurements.rows, settings.kind)
+    gap = settings.gap if settings.gap is not None else usual
     how = Cleaning(gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale)
     cleaned = clean(measurements.rows, measurements.position, how)
     measurements.rows = measurements.rows.clear()
@@ -166,7 +167,9 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
     tables, used = [], {}
     done = 0
     for group, level in zip(groups, levels, strict=True):
-        chosen = choose_filter(group.components, level.typical, settings.kind, settings.filter)
+        chosen = choose_filter(
+            group.components, level.typical, settings.kind, settings.filter, max(gap, usual)
+        )
         used[f"{group.axes} axes"] = chosen
         covariance = None
         if chosen is not settings.filter:  # made for this table, with its typical noise in the sensor
