@@ -324,3 +324,12 @@ def test_help_shows_every_option_without_heavy_imports():
     heavy = "import sys, jink.cli; print([m for m in ('polars', 'pyproj', 'pandas', 'scipy') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", heavy], capture_output=True, check=True, text=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_level_flight_is_tracked(tmp_path):
+    """An altitude that never changes says nothing of its error: what is usual is taken."""
+    rows = [f"a,{k},{48 + k * 1e-3 + 1e-5 * (k % 3)},{2 + 1e-5 * (k % 4)},1000" for k in range(60)]
+    table = tmp_path / "level.csv"
+    table.write_text("id,time,latitude,longitude,altitude\n" + "\n".join(rows) + "\n")
+    done = piped("track", str(table), "-o", str(tmp_path / "level.parquet"), "--quiet", stdin=b"")
+    assert done.returncode == 0, done.stderr

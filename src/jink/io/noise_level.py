@@ -198,6 +198,7 @@ def _decide(
     """A figure per group and where it comes from: given, estimated, its source's median, or what is usual."""
     if given is not None:
         return np.full(found.shape, given), np.full(found.shape, "given")
+    found = np.where(found > 0, found, np.nan)  # what never changes (level flight) says nothing of its error
     figure, origin = found.copy(), np.where(np.isnan(found), "assumed", "estimated")
     for number in np.unique(of_source[np.isnan(found)]):
         mine = of_source == number
