@@ -16,6 +16,8 @@ from oracle.motion import AXES, KnownTurn, Motion
 
 Array = NDArray[np.float64]
 
+SLOWEST = 1e-3  # m/s: what moves slower turns, for its reported turn rate, as if it moved at this speed
+
 
 @dataclass
 class Mode:
@@ -97,11 +99,10 @@ def lift(motion: Motion, mode: Mode, components: tuple[str, ...]) -> Mode:
             value[row] = motion.turn_rate
         elif name == "turn_rate" and "ax" in motion.components and motion.axes >= 2:
             vx, vy, ax, ay = (x[index(c)] for c in ("vx", "vy", "ax", "ay"))
-            v2 = vx**2 + vy**2
-            if v2 > 0:
-                w = value[row] = (vx * ay - vy * ax) / v2
-                for c, d in (("vx", ay - 2 * vx * w), ("vy", -ax - 2 * vy * w), ("ax", -vy), ("ay", vx)):
-                    J[row, index(c)] = d / v2
+            v2 = max(vx**2 + vy**2, SLOWEST**2)
+            w = value[row] = (vx * ay - vy * ax) / v2
+            for c, d in (("vx", ay - 2 * vx * w), ("vy", -ax - 2 * vy * w), ("ax", -vy), ("ay", vx)):
+                J[row, index(c)] = d / v2
         elif name in ("ax", "ay") and (motion.turning or isinstance(motion, KnownTurn)):
             across, sign = ("vy", -1.0) if name == "ax" else ("vx", 1.0)  # w x v = (-w vy, w vx)
             w = x[index("turn_rate")] if motion.turning else motion.turn_rate
