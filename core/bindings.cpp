@@ -247,10 +247,12 @@ const char *status_name(Status s) {
 
 }  // namespace
 
-void bind_stepwise(nb::module_ &module);  // for models of the user's own
+void bind_stepwise(nb::module_ &module);    // for models of the user's own
+void bind_population(nb::module_ &module);  // for learning
 
 NB_MODULE(JINK_MODULE, module) {
     bind_stepwise(module);
+    bind_population(module);
     module.def("cpu_level", cpu_level);
     module.attr("lanes") = lanes;
 

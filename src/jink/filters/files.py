@@ -8,16 +8,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..anfis import Anfis
+from ..corrector import Corrector
+from ..fuzzy import FuzzyRules
 from ..motion import MOTIONS
+from ..network import Network
 from ..noise import OnePoint, Outliers, Prior, Sojourn, TwoPoint
+from ..noise_network import ModeNetwork, NoiseNetwork
 from ..sensor import SENSORS
+from ..trained import Trained
 
 if TYPE_CHECKING:
     from .bank import Bank
 
 VERSION = 1
 SETTINGS: dict[str, type] = {c.__name__: c for c in (Outliers, TwoPoint, OnePoint, Prior, Sojourn)}
-KINDS: dict[str, type] = {**MOTIONS, **SENSORS, **SETTINGS}
+LEARNED: dict[str, type] = {
+    c.__name__: c for c in (FuzzyRules, Anfis, Network, Corrector, NoiseNetwork, ModeNetwork, Trained)
+}
+KINDS: dict[str, type] = {**MOTIONS, **SENSORS, **SETTINGS, **LEARNED}
 
 COMMON = ("linearisation", "outliers", "initial", "coast")
 ARGUMENTS: dict[str, tuple[str, ...]] = {
@@ -30,30 +39,36 @@ def save(bank: "Bank", path: str | os.PathLike[str]) -> None:
     """Write a filter. Errors: TypeError for a model of the user's own, which is code and cannot be saved."""
     kind = type(bank).__name__
     body: dict[str, Any] = {"jink": "filter", "version": VERSION, "units": "SI", "filter": kind}
-    body["motions"] = [_plain(m) for m in bank.motions]
-    body["sensors"] = [_plain(s) for s in bank.sensors]
+    body["motions"] = [plain(m) for m in bank.motions]
+    body["sensors"] = [plain(s) for s in bank.sensors]
     for name in ARGUMENTS[kind]:
-        value = _plain(getattr(bank, name))
+        value = plain(getattr(bank, name))
         if value is not None:
             body[name] = value
+    write(body, path)
+
+
+def write(body: dict[str, Any], path: str | os.PathLike[str]) -> None:
+    """One JSON file, whole or not at all."""
     target = Path(path)
     temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
     temporary.write_text(json.dumps(body, indent=2) + "\n", encoding="utf-8")
     temporary.replace(target)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """A declaration as JSON holds it. Errors: TypeError for code, which JSON does not hold."""
     if is_dataclass(value) and not isinstance(value, type):
         if type(value).__name__ not in KINDS:
             raise TypeError(
                 f"{type(value).__name__}: a model of your own is code and cannot be saved to a file"
             )
-        given = {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
+        given = {f.name: plain(getattr(value, f.name)) for f in fields(value)}
         return {"kind": type(value).__name__, **{k: v for k, v in given.items() if v is not None}}
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, tuple | list):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     if value is None or isinstance(value, str | int | float | bool):
         return value
     raise TypeError(f"{type(value).__name__}: a model of your own is code and cannot be saved to a file")

@@ -32,17 +32,20 @@ def load(path: str | os.PathLike[str]) -> Any:
     if kind not in ARGUMENTS:
         raise ValueError(f"{path}: filter {kind!r} is none of {', '.join(ARGUMENTS)}")
     try:
-        motions, sensors = [_object(m) for m in body["motions"]], [_object(s) for s in body["sensors"]]
-        named = {name: _object(body[name]) for name in ARGUMENTS[kind] if name in body}
+        motions, sensors = [declared(m) for m in body["motions"]], [declared(s) for s in body["sensors"]]
+        named = {name: declared(body[name]) for name in ARGUMENTS[kind] if name in body}
         return BUILDERS[kind](motions, sensors, named)
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _object(value: Any) -> Any:
+def declared(value: Any) -> Any:
+    """What :func:`jink.filters.files.plain` made JSON of. Errors: ValueError for an unknown kind."""
+    if isinstance(value, list):
+        return [declared(v) for v in value]
     if isinstance(value, dict):
         kind = value.get("kind")
         if kind not in KINDS:
             raise ValueError(f"kind {kind!r} is none of {', '.join(KINDS)}")
-        return KINDS[kind](**{name: v for name, v in value.items() if name != "kind"})
+        return KINDS[kind](**{name: declared(v) for name, v in value.items() if name != "kind"})
     return value

@@ -1,0 +1,141 @@
+"""Training data: measured runs with their truth, from a scenario or a file, split by run."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array, positive
+from ..scenarios import Scenario, by_name
+
+SPLIT = (0.6, 0.2)  # shares for training and validation; the rest is for the test
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Runs:
+    """Measured positions with their truth: run b, scan k, axis a.
+
+    time (B, S) s; z, position, velocity, acceleration (B, S, axes) in SI units, NaN where missed or unknown; sd (m) of the
+    measurement; name says where they come from, numbers (B,) which runs of it they are.
+    """
+
+    time: Array
+    z: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    sd: float
+    name: str
+    numbers: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def axes(self) -> int:
+        """Of the measurements."""
+        return self.z.shape[2]
+
+    def batch(self) -> dict[str, Any]:
+        """time, z and offsets for ``filter(**runs.batch())``: all runs laid end to end."""
+        B, S, m = self.z.shape
+        return {"time": self.time.reshape(-1), "z": self.z.reshape(-1, m), "offsets": np.arange(B + 1) * S}
+
+    def take(self, which: np.ndarray | slice | list[int]) -> Runs:
+        """Some of the runs, by their places."""
+        return replace(
+            self, **{name: getattr(self, name)[which] for name in ("time", "z", *TRUTHS, "numbers")}
+        )
+
+    def axes_apart(self) -> Runs:
+        """Every axis as a run of its own, axis by axis: (axes · B, S, 1)."""
+        wide = {name: getattr(self, name) for name in ("z", *TRUTHS)}
+        apart = {name: np.concatenate([*np.moveaxis(v, 2, 0)])[..., None] for name, v in wide.items()}
+        return replace(
+            self, time=np.tile(self.time, (self.axes, 1)), numbers=np.tile(self.numbers, self.axes), **apart
+        )
+
+    def split(self, seed: int = 0, shares: tuple[float, float] = SPLIT) -> tuple[Runs, Runs, Runs]:
+        """Training, validation and test runs: whole runs, drawn at random.
+
+        Errors: ValueError where there are fewer than three runs.
+        """
+        if len(self) < 3:
+            raise ValueError(f"runs: expected at least 3 to split, got {len(self)}")
+        order = np.random.default_rng(seed).permutation(len(self))
+        first = min(max(1, round(shares[0] * len(self))), len(self) - 2)
+        second = min(max(first + 1, round(sum(shares) * len(self))), len(self) - 1)
+        train, validation, test = (np.sort(part) for part in np.split(order, [first, second]))
+        return self.take(train), self.take(validation), self.take(test)
+
+    def __str__(self) -> str:
+        return f"{self.name}, {len(self)} runs of {self.time.shape[1]} scans"
+
+
+TRUTHS = ("position", "velocity", "acceleration")
+
+
+def from_scenario(
+    scenario: str | Scenario, runs: int | list[int] | np.ndarray, seed: int, *, sensor: Any = None, interval: float | None = None
+) -> Runs:  # fmt: skip
+    """Runs of a scenario seen by a position sensor (its own, or another noise in m).
+
+    Errors: ValueError for an unknown scenario or one that is not seen by a position sensor of one sd.
+    """
+    found = by_name(scenario) if isinstance(scenario, str) else scenario
+    if sensor is not None or interval is not None:
+        found = found.seen_by(found.observation if sensor is None else sensor, interval=interval)
+    sd = getattr(found.observation.sensor, "sd", None)
+    if not isinstance(sd, int | float):
+        raise ValueError(
+            f"{found.name}: expected a position sensor of one sd to train on, "
+            f"got {type(found.observation.sensor).__name__}; give sensor= a noise in metres"
+        )
+    s = found.simulate(runs, seed)
+    return Runs(
+        time=s.time, z=s.z, position=s.truth.position, velocity=s.truth.velocity, acceleration=s.truth.acceleration,
+        sd=float(sd), name=f"{found.name}, {sd:g} m, seed {seed}", numbers=s.runs,
+    )  # fmt: skip
+
+
+def from_file(path: str | os.PathLike[str], sd: float) -> Runs:
+    """Runs of a table as ``jink simulate`` writes it: target, time, x (y, z), true_x, true_velocity_x, …
+
+    sd (m) is that of the measured positions, which the file does not say; accelerations may be missing. Errors: ValueError
+    naming the column that is.
+    """
+    import polars as pl
+
+    text = os.fspath(path)
+    table = pl.read_parquet(text) if text.endswith(".parquet") else pl.read_csv(text)
+    axes = [axis for axis in "xyz" if axis in table.columns]
+    needed = ["target", "time", *axes, *(f"true_{a}" for a in axes), *(f"true_velocity_{a}" for a in axes)]
+    missing = [name for name in needed if name not in table.columns]
+    if not axes or missing:
+        raise ValueError(
+            f"{text}: has no column {(missing or ['x'])[0]!r}; expected measurements with their truth, as jink simulate writes them"
+        )
+    parts = table.partition_by("target", maintain_order=True)
+    longest = max(part.height for part in parts)
+
+    def stack(names: list[str]) -> Array:
+        out = np.full((len(parts), longest, len(names)), np.nan)
+        for b, part in enumerate(parts):
+            for a, name in enumerate(names):
+                if name in part.columns:
+                    out[b, : part.height, a] = part[name].cast(pl.Float64).fill_null(np.nan).to_numpy()
+        return out
+
+    time = stack(["time"])[..., 0]
+    rows = np.arange(longest)
+    for b, part in enumerate(
+        parts
+    ):  # rows after a run's end stand still at its last time, without measurements
+        time[b] = np.where(rows < part.height, time[b], time[b, part.height - 1])
+    return Runs(
+        time=time, z=stack(axes), position=stack([f"true_{a}" for a in axes]), velocity=stack([f"true_velocity_{a}" for a in axes]),
+        acceleration=stack([f"true_acceleration_{a}" for a in axes]), sd=positive("sd", sd), name=text, numbers=np.arange(len(parts)),
+    )  # fmt: skip
