@@ -16,10 +16,10 @@ namespace {
 class Runner {
   public:
     Runner(const Composition<Pack> &composition, const BatchInput &input, const BatchOutput &output, bool smoothed)
-        : c(composition), in(input), out(output), smoothing(smoothed), step(c), combine(c), state(c), rows(in, c.declared.axes()),
+        : c(composition), in(input), out(output), smoothing(smoothed), step(c), combine(c), aid(c), state(c), rows(in, c.declared.axes()),
           total_rows(in.offsets[in.tracks]), x(out.x, total_rows, c.reported.n), P(out.P, total_rows, c.reported.n, true),
-          mu(out.mode_probability, total_rows, c.count), likelihood(out.log_likelihood_scan, total_rows, 1), nis(out.nis, total_rows, 1),
-          dof(out.nis_dof, total_rows, 1), pit(out.pit, total_rows, in.columns) {}
+          mu(out.mode_probability, total_rows, c.members()), likelihood(out.log_likelihood_scan, total_rows, 1), nis(out.nis, total_rows, 1),
+          dof(out.nis_dof, total_rows, 1), pit(out.pit, total_rows, in.columns), members(c.members()) {}
 
     void run(const std::int64_t *tracks, int used) {
         std::int64_t longest = 0;
@@ -48,11 +48,13 @@ class Runner {
     bool smoothing;
     Step<Pack> step;
     Combine<Pack> combine;
+    Aid<Pack> aid;
     TrackState<Pack> state;
     Rows rows;
     std::int64_t total_rows;
     Column x, P, mu, likelihood, nis, dof, pit;
     std::vector<Record<Pack>> records;
+    std::vector<Pack> members;  // probabilities of the whole set of modes
     Pack total, xs[largest_state], Ps[packed_size(largest_state)];
 
     // Times must not go back within a track, and infinite measurements mean nothing. Reads what gather() reads next.
@@ -90,6 +92,7 @@ class Runner {
             rows.read(k, scan, input);
             const Pack before = state.time;
             const Outcome<Pack> o = step.step(state, scan, detail);
+            if (aid.active()) aid(step, state, scan, o);
             total = total + select<Pack>(scan.active, o.log_likelihood, splat<Pack>(0.0));
             if (likelihood.wanted()) likelihood.put(k, &o.log_likelihood, scan.active);
             if (nis.wanted()) nis.put(k, &o.nis, o.scored);
@@ -100,19 +103,22 @@ class Runner {
                 for (int l = 0; l < lanes; ++l)
                     if (from + k < rows.span.count[l]) out.status[rows.span.start[l] + from + k] = static_cast<unsigned char>(status_of(state, o, l));
             if (smoothing) record(step, state, scan, o, before, records[from + k]);
-            else estimate(k, state.arena.data(), state.probability.data(), state.started);
+            else estimate(k, state.arena.data(), state.probability.data(), state.started, state.alive);
         }
         if (!smoothing) scatter_estimates(from, scans);
         for (const Column *column : {&likelihood, &nis, &dof, &pit}) column->scatter(rows.span, from, scans);
     }
 
-    void estimate(int k, const Pack *arena, const Pack *probability, Mask<Pack> started) {
+    void estimate(int k, const Pack *arena, const Pack *probability, Mask<Pack> started, const std::vector<Pack> &alive) {
         if (x.wanted() || P.wanted()) {
             combine(arena, probability, xs, P.wanted() ? Ps : nullptr);
+            for (int i = 0; aid.active() && i < c.reported.n; ++i) xs[i] = xs[i] + aid.correction[i];
             if (x.wanted()) x.put(k, xs, started);
             if (P.wanted()) P.put(k, Ps, started);
         }
-        if (mu.wanted()) mu.put(k, probability, started);
+        if (!mu.wanted()) return;
+        if (c.proposes()) step.ahead.proposal.spread(alive, probability, members.data()), probability = members.data();
+        mu.put(k, probability, started);
     }
 
     void scatter_estimates(std::int64_t from, int scans) {
@@ -125,7 +131,7 @@ class Runner {
             if (k == longest - 1) smooth.last(records[k]);
             else smooth.step(records[k], records[k + 1]);
             const std::int64_t from = k / block * block;
-            estimate(int(k - from), smooth.arena.data(), smooth.probability.data(), records[k].started);
+            estimate(int(k - from), smooth.arena.data(), smooth.probability.data(), records[k].started, {});
             if (k == from) scatter_estimates(from, int(std::min<std::int64_t>(block, longest - from)));
         }
     }

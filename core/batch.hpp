@@ -1,7 +1,7 @@
 // Many tracks of any length, packed lane by lane, over threads.
 #pragma once
 
-#include "combine.hpp"
+#include "aid.hpp"
 #include "smooth.hpp"
 
 namespace jink::inline JINK_LEVEL {
@@ -34,11 +34,12 @@ template <class T> void set_prior(const Composition<T> &c, TrackState<T> &s, int
     const int n = c.reported.n;
     for (const auto &mode : c.modes)
         for (int r = 0; r < mode.shape.n; ++r) {
-            const int at_r = place_of(mode.shape, r, c.reported);
-            set_lane(s.arena[mode.place + r], lane_of, x[at_r]);
+            const int at_r = place_of(mode.shape, r, c.reported);  // -1: only the side estimator has it
+            set_lane(s.arena[mode.place + r], lane_of, at_r < 0 ? 0.0 : x[at_r]);
             for (int k = 0; k <= r; ++k) {
                 const int at_k = place_of(mode.shape, k, c.reported);
-                set_lane(s.arena[mode.place + mode.shape.n + packed(r, k)], lane_of, P[at_r * n + at_k]);
+                const double known = at_r < 0 || at_k < 0 ? (r == k ? lane(mode.prior_variance[r], 0) : 0.0) : P[at_r * n + at_k];
+                set_lane(s.arena[mode.place + mode.shape.n + packed(r, k)], lane_of, known);
             }
         }
     set_lane(s.started, lane_of, true);

@@ -17,15 +17,26 @@ using Vector = std::vector<double>;
 using Doubles = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 using Const = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 
-using ModeTuple = std::tuple<int, int, int, int, Vector, Vector>;
+using Integers = std::vector<int>;
+// kind of adaptation, layer sizes, in logarithms, numbers; level of known acceleration, about the side estimate
+using AdaptTuple = std::tuple<int, Integers, bool, Vector>;
+using ModeTuple = std::tuple<int, int, int, int, Vector, Vector, AdaptTuple, Vector, bool>;
+using ProposeTuple = std::tuple<int, int, Vector, std::vector<Integers>, Vector>;
+using AidTuple = std::tuple<int, int, int, int, Integers, Vector>;
 using SensorTuple = std::tuple<int, int, int, int, bool, bool, bool, bool, Vector, Vector, Vector>;
 
+AdaptDeclaration adapt_from(const AdaptTuple &t) {
+    const auto &[kind, sizes, logarithmic, numbers] = t;
+    return {Adapt(kind), sizes, logarithmic, numbers};
+}
+
 ModeDeclaration mode_from(const ModeTuple &t) {
-    const auto &[kind, noise, turn_noise, axes, parameters, prior] = t;
+    const auto &[kind, noise, turn_noise, axes, parameters, prior, adapt, level, around_side] = t;
     const auto motion = MotionKind(kind);
     const bool turn = motion == MotionKind::coordinated_turn;
-    const int block = motion == MotionKind::constant_acceleration || motion == MotionKind::singer ? 3 : 2;
-    return {{motion, NoiseKind(noise), NoiseKind(turn_noise), axes}, {axes, block, axes * block + turn, turn}, parameters, prior};
+    const int block = motion == MotionKind::constant_velocity || motion == MotionKind::known_turn || turn ? 2 : 3;
+    return {{motion, NoiseKind(noise), NoiseKind(turn_noise), axes}, {axes, block, axes * block + turn, turn}, parameters, prior,
+            adapt_from(adapt), level, around_side};
 }
 
 SensorDeclaration sensor_from(const SensorTuple &t) {
@@ -54,11 +65,20 @@ template <class... Sizes> nb::object new_array(double *&data, Sizes... sizes) {
     return nb::cast(nb::ndarray<nb::numpy, double>(data, sizeof...(Sizes), shape, owner), nb::rv_policy::reference);
 }
 
+// Of every mode of the set, of which a track may run a few.
+template <class T> std::vector<T> set_probability(const Composition<T> &c, const Snapshot<T> &s) {
+    if (!c.proposes()) return s.probability;
+    std::vector<T> all(c.members());
+    Proposal<T>(c).spread(s.alive, s.probability.data(), all.data());
+    return all;
+}
+
 nb::object estimate_array(const Estimate &e, bool covariance) {
     const int n = e.c->reported.n;
     double *to, x[largest_state], P[packed_size(largest_state)];
     Combine<double> combine(*e.c);
     combine(e.arena.data(), e.probability.data(), x, covariance ? P : nullptr);
+    for (std::size_t i = 0; i < e.correction.size(); ++i) x[i] += e.correction[i];
     nb::object array = covariance ? new_array(to, n, n) : new_array(to, n);
     for (int r = 0; r < n; ++r)
         if (!covariance) to[r] = e.started ? x[r] : NAN;
@@ -171,9 +191,11 @@ class LiveMany : public Live<Pack> {
 
   private:
     void write(int p, const Snapshot<Pack> &s, Combine<Pack> &combine, double *const *to, unsigned char *status) {
-        const int n = c->reported.n, m = c->count;
+        const int n = c->reported.n, m = c->members();
         Pack x[largest_state], P[packed_size(largest_state)];
         if (to[0] || to[1]) combine(s.arena.data(), s.probability.data(), x, to[1] ? P : nullptr);
+        for (std::size_t i = 0; i < s.correction.size(); ++i) x[i] = x[i] + s.correction[i];
+        const std::vector<Pack> probability = set_probability(*c, s);
         for (int l = 0; l < lanes && p * lanes + l < targets(); ++l) {
             const int at = p * lanes + l;
             const bool live = lane(s.started, l);
@@ -181,7 +203,7 @@ class LiveMany : public Live<Pack> {
             for (int r = 0; r < n && to[0]; ++r) to[0][at * n + r] = live ? x[r][l] : NAN;
             for (int r = 0; r < n && to[1]; ++r)
                 for (int q = 0; q < n; ++q) to[1][(at * n + r) * n + q] = live ? P[packed(r, q)][l] : NAN;
-            for (int j = 0; j < m && to[2]; ++j) to[2][at * m + j] = live ? s.probability[j][l] : NAN;
+            for (int j = 0; j < m && to[2]; ++j) to[2][at * m + j] = live ? probability[j][l] : NAN;
             const bool scored = lane(o.scored, l);
             if (to[3]) to[3][at] = o.log_likelihood[l];
             if (to[4]) to[4][at] = scored ? o.nis[l] : NAN;
@@ -260,7 +282,8 @@ NB_MODULE(JINK_MODULE, module) {
         .def("__init__",
              [](Engine *self, const std::vector<ModeTuple> &modes, const std::vector<SensorTuple> &sensors, bool continuous, const Vector &transition,
                 const Vector &mode_probability, bool unscented, bool unbiased_mixing, double outlier_share, int restart_after, double coast,
-                bool one_point, double velocity_variance) {
+                bool one_point, double velocity_variance, int interaction, const std::vector<ModeTuple> &side, const ProposeTuple &propose,
+                const AdaptTuple &scores, std::tuple<int, int, double> detect, const AidTuple &aid) {
                  Declaration d;
                  for (const auto &m : modes) d.modes.push_back(mode_from(m));
                  for (const auto &s : sensors) d.sensors.push_back(sensor_from(s));
@@ -268,6 +291,11 @@ NB_MODULE(JINK_MODULE, module) {
                  d.unscented = unscented, d.unbiased_mixing = unbiased_mixing;
                  d.outlier_share = outlier_share, d.restart_after = restart_after, d.coast = coast;
                  d.start = one_point ? Start::one_point : Start::two_point, d.velocity_variance = velocity_variance;
+                 d.interaction = Interaction(interaction);
+                 for (const auto &m : side) d.side.push_back(mode_from(m));
+                 d.propose = {Propose(std::get<0>(propose)), std::get<1>(propose), std::get<2>(propose), std::get<3>(propose), std::get<4>(propose)};
+                 d.scores = adapt_from(scores), d.detect = {std::get<0>(detect), std::get<1>(detect), std::get<2>(detect)};
+                 d.aid = {AidInputs(std::get<0>(aid)), AidModel(std::get<1>(aid)), std::get<2>(aid), std::get<3>(aid), std::get<4>(aid), std::get<5>(aid)};
                  new (self) Engine{std::make_shared<Composition<Pack>>(d), std::make_shared<Composition<double>>(d)};
              })
         .def("run", run, "time"_a, "z"_a, "columns"_a, "offsets"_a, "sensor"_a.none(), "noise"_a.none(), "full_noise"_a, "input"_a.none(),
@@ -282,8 +310,9 @@ NB_MODULE(JINK_MODULE, module) {
         .def_prop_ro("mode_probability",
                      [](const Estimate &e) {
                          double *to;
-                         nb::object array = new_array(to, e.probability.size());
-                         for (std::size_t j = 0; j < e.probability.size(); ++j) to[j] = e.started ? e.probability[j] : NAN;
+                         const std::vector<double> probability = set_probability(*e.c, e);
+                         nb::object array = new_array(to, probability.size());
+                         for (std::size_t j = 0; j < probability.size(); ++j) to[j] = e.started ? probability[j] : NAN;
                          return array;
                      })
         .def_prop_ro("log_likelihood", [](const Estimate &e) { return e.outcome.log_likelihood; })

@@ -11,7 +11,7 @@ namespace jink::inline JINK_LEVEL {
 // What one update leaves of one target; states are combined only when looked at.
 template <class T> struct Snapshot {
     T time;
-    std::vector<T> arena, probability;
+    std::vector<T> arena, probability, alive, correction;
     Outcome<T> outcome;
     Mask<T> started;
 };
@@ -19,7 +19,7 @@ template <class T> struct Snapshot {
 template <class T> class Live {
   public:
     Live(std::shared_ptr<const Composition<T>> composition, int targets, int lag_scans)
-        : c(std::move(composition)), step(*c), back(*c), n(targets), lag(lag_scans),
+        : c(std::move(composition)), step(*c), aid(*c), back(*c), n(targets), lag(lag_scans),
           states((targets + width<T> - 1) / width<T>, TrackState<T>(*c)), history(lag > 0 ? states.size() : 0) {}
 
     const std::shared_ptr<const Composition<T>> c;
@@ -67,10 +67,11 @@ template <class T> class Live {
         if (differ) scan.sensor = which;
         const T before = s.time;
         out.outcome = step.step(s, scan, detail);
+        if (aid.active()) aid(step, s, scan, out.outcome), out.correction = aid.correction;
         if (lag > 0) {
             delay(pack, scan, before, out);
         } else {
-            out.time = s.time, out.arena = s.arena, out.probability = s.probability, out.started = s.started;
+            out.time = s.time, out.arena = s.arena, out.probability = s.probability, out.alive = s.alive, out.started = s.started;
         }
     }
 
@@ -80,8 +81,10 @@ template <class T> class Live {
         T to;
         for (int l = 0; l < width<T>; ++l) set_lane(to, l, time[one_time ? 0 : std::min(pack * width<T> + l, n - 1)]);
         TrackState<T> copy = s;
-        step.propagate(copy, select<T>(s.started, to - s.time, splat<T>(0.0)), nullptr);
-        out.time = to, out.arena = step.predicted, out.probability = step.prior, out.started = s.started;
+        step.ahead(copy, select<T>(s.started, to - s.time, splat<T>(0.0)), nullptr, nullptr);
+        step.ahead.merge_pairs();
+        out.time = to, out.arena = step.ahead.predicted, out.probability = step.ahead.prior, out.alive = s.next, out.started = s.started;
+        out.correction.clear();
         out.outcome.measured = out.outcome.scored = out.outcome.gated = out.outcome.restarted = out.outcome.initialised = splat_mask<T>(false);
         out.outcome.log_likelihood = splat<T>(0.0), out.outcome.nis = nan_of<T>(), out.outcome.dof = splat<T>(0.0);
     }
@@ -101,7 +104,9 @@ template <class T> class Live {
     }
 
     // A target's state as plain numbers, the same on every machine; the fixed lag's past is not part of it.
-    int numbers() const { return c->arena_size + c->count + 4 + 3 + 6 + 2; }
+    int numbers() const {
+        return c->arena_size + c->count + c->carry_size + 2 * int(c->declared.propose.start.size()) + c->declared.memory_size() + 4 + 3 + 6 + 2;
+    }
     void save(int target, double *to) const { exchange(states[target / width<T>], target % width<T>, to, false); }
     void restore(int target, double *from) {
         TrackState<T> &s = states[target / width<T>];
@@ -111,6 +116,7 @@ template <class T> class Live {
 
   private:
     Step<T> step;
+    Aid<T> aid;
     Smooth<T> back;
     int n, lag;
     std::vector<TrackState<T>> states;
@@ -140,7 +146,8 @@ template <class T> class Live {
             ++at;
         };
         for (auto &value : s.arena) number(value);
-        for (auto &value : s.probability) number(value);
+        for (auto *values : {&s.probability, &s.carry, &s.alive, &s.next, &s.memory})
+            for (auto &value : *values) number(value);
         number(s.time), number(s.last_accepted), number(s.rejections), number(s.first_time);
         for (auto &value : s.first) number(value);
         for (auto &value : s.first_P) number(value);

@@ -1,6 +1,8 @@
 // Small symmetric matrices, kept as their lower triangle row by row: (0,0) (1,0) (1,1) (2,0) ...
 #pragma once
 
+#include <algorithm>
+
 #include "elementary.hpp"
 
 namespace jink::inline JINK_LEVEL {
@@ -15,12 +17,13 @@ inline constexpr int largest_measurement = 6;
 // construction through updates that subtract.
 constexpr double rounding_share(int n) { return 4.0 * n * 2.220446049250313e-16; }
 
-// P = L L' for the lower triangle, n at run time. A pivot that is not positive is replaced by the smallest normal number.
+// P = L L' for the lower triangle, n at run time. A pivot that rounding has eaten up is replaced by what rounding leaves at the least.
 template <class T> inline void cholesky(int n, const T *P, T *L) {
     for (int j = 0; j < n; ++j) {
         T pivot = P[packed(j, j)];
         for (int k = 0; k < j; ++k) pivot = pivot - L[packed(j, k)] * L[packed(j, k)];
-        pivot = select<T>(pivot > splat<T>(0.0), pivot, select<T>(is_nan(pivot), pivot, splat<T>(1e-300)));
+        const T least = larger<T>(2.220446049250313e-16 * P[packed(j, j)], splat<T>(1e-300));
+        pivot = select<T>(pivot > least, pivot, select<T>(is_nan(pivot), pivot, least));
         const T root = square_root(pivot), scale = 1.0 / root;
         L[packed(j, j)] = root;
         for (int i = j + 1; i < n; ++i) {

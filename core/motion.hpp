@@ -6,6 +6,7 @@
 //   jacobian(x, c, F)                  F = df/dx, only the entries whose pattern is 2
 //   add_noise(c, P)                    P += Q
 //   add_input(u, c, x)                 x += G u, u the known acceleration of each axis
+// Each axis' share of Q is proportional to its variance, parameters[axis]: `noise_terms` coefficients per axis from `noise_at` on.
 // pattern(i, j) says what F_ij is: 0 zero, 1 one, 2 a number. States are interleaved per axis, [p v (a)] ..., then the turn rate.
 #pragma once
 
@@ -14,7 +15,9 @@
 
 namespace jink::inline JINK_LEVEL {
 
-enum class MotionKind { constant_velocity, constant_acceleration, singer, coordinated_turn, known_turn };
+enum class MotionKind {
+    constant_velocity, constant_acceleration, singer, coordinated_turn, known_turn, current_statistical, augmented, two_stage
+};
 enum class NoiseKind { piecewise, continuous };  // a constant acceleration over the step (sd), or white noise (psd)
 
 struct MotionSpec {
@@ -58,7 +61,7 @@ template <class T> struct TurnFunctions {
 
 // Constant velocity: [p v] per axis. Coefficients: dt, dt^2/2, then (Q00 Q10 Q11) per axis.
 template <int A> struct ConstantVelocity {
-    static constexpr int axes = A, block = 2, n = 2 * A;
+    static constexpr int axes = A, block = 2, n = 2 * A, noise_at = 2, noise_terms = 3;
     static constexpr bool turn = false;
     static constexpr int pattern(int i, int j) { return i == j ? 1 : (i % 2 == 0 && j == i + 1 ? 2 : 0); }
     template <class T> static void prepare(const MotionSpec &spec, T dt, const T *parameters, T *c) {
@@ -141,7 +144,7 @@ template <class T> inline void singer_step(T dt, T rate, T *f, T *q) {
 
 // [p v a] per axis: constant acceleration or Singer. Coefficients: F01 F02 F12 F22, G0 G1, then six Q per axis.
 template <int A> struct AccelerationState {
-    static constexpr int axes = A, block = 3, n = 3 * A;
+    static constexpr int axes = A, block = 3, n = 3 * A, noise_at = 6, noise_terms = 6;
     static constexpr bool turn = false;
     static constexpr int pattern(int i, int j) {
         if (i / 3 != j / 3 || j < i) return 0;
@@ -151,7 +154,7 @@ template <int A> struct AccelerationState {
         const T half = 0.5 * dt * dt;
         T q[6];
         c[0] = dt, c[4] = half, c[5] = dt;
-        if (spec.kind == MotionKind::singer) {
+        if (spec.kind == MotionKind::singer || spec.kind == MotionKind::current_statistical) {
             singer_step<T>(dt, 1.0 / parameters[A], c + 1, q);
         } else {
             c[1] = half, c[2] = dt, c[3] = splat<T>(1.0);
@@ -194,11 +197,56 @@ template <int A> struct AccelerationState {
     }
 };
 
+// "Current" statistical: Singer's acceleration about a mean that is its own last estimate, so that the mean moves with constant
+// acceleration and the covariance as Singer's. Zhou & Kumar, J. Guidance 7(5), 1984.
+template <int A> struct CurrentStatistical : AccelerationState<A> {
+    template <class T> JINK_INLINE static void move(const T *x, const T *c, T *y) {
+        JINK_UNROLL
+        for (int a = 0; a < A; ++a) {
+            const T *from = x + 3 * a;
+            y[3 * a] = from[0] + c[0] * from[1] + c[4] * from[2];
+            y[3 * a + 1] = from[1] + c[5] * from[2];
+            y[3 * a + 2] = from[2];
+        }
+    }
+};
+
+// Constant velocity driven by an acceleration that is a random walk, state [p v a]: white acceleration noise in p and v, and the
+// walk's step Qa. `Split`: as the two-stage filter has it, whose bias filter adds Qa to the acceleration's variance M and keeps the
+// sensitivity U of position and velocity to it, so that P grows by Qa [U; 1][U; 1]', U = P_xa / M; else it grows in a alone.
+// Coefficients: as AccelerationState, but three Q per axis and then Qa per axis.
+// Friedland, IEEE Trans. AC-14(4), 1969; Alouani, Xia, Rice & Blair, IEEE Trans. AC-38(5), 1993.
+template <int A, bool Split> struct Augmented : AccelerationState<A> {
+    static constexpr int noise_at = 6, noise_terms = 3;
+    template <class T> static void prepare(const MotionSpec &spec, T dt, const T *parameters, T *c) {
+        T q[3];
+        acceleration_noise(spec.noise, dt, q);
+        c[0] = dt, c[1] = c[4] = 0.5 * dt * dt, c[2] = c[5] = dt, c[3] = splat<T>(1.0);
+        for (int a = 0; a < A; ++a) {
+            for (int k = 0; k < 3; ++k) c[6 + 3 * a + k] = parameters[a] * q[k];
+            c[6 + 3 * A + a] = only_if_elapsed(dt, parameters[A + a]);
+        }
+    }
+    template <class T> JINK_INLINE static void add_noise(const T *c, T *P) {
+        for (int a = 0; a < A; ++a) {
+            T &pp = P[packed(3 * a, 3 * a)], &vp = P[packed(3 * a + 1, 3 * a)], &vv = P[packed(3 * a + 1, 3 * a + 1)];
+            T &ap = P[packed(3 * a + 2, 3 * a)], &av = P[packed(3 * a + 2, 3 * a + 1)], &aa = P[packed(3 * a + 2, 3 * a + 2)];
+            const T *q = c + 6 + 3 * a, step = c[6 + 3 * A + a];
+            if constexpr (Split) {
+                const T over = 1.0 / larger<T>(aa, splat<T>(1e-300)), up = ap * over, uv = av * over;
+                pp = pp + step * up * up, vp = vp + step * up * uv, vv = vv + step * uv * uv;
+                ap = ap + step * up, av = av + step * uv;
+            }
+            pp = pp + q[0], vp = vp + q[1], vv = vv + q[2], aa = aa + step;
+        }
+    }
+};
+
 // Coordinated turn at an unknown rate: [px vx py vy (pz vz) turn_rate], the vertical a constant velocity of its own.
 // Coefficients: dt, dt^2/2, (Q00 Q10 Q11) per axis, the turn rate's variance.
 // Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 11.7.
 template <int A> struct CoordinatedTurn {
-    static constexpr int axes = A, block = 2, n = 2 * A + 1, rate = 2 * A;
+    static constexpr int axes = A, block = 2, n = 2 * A + 1, rate = 2 * A, noise_at = 2, noise_terms = 3;
     static constexpr bool turn = true;
     static constexpr int pattern(int i, int j) {
         if (i == rate) return j == rate;
@@ -238,7 +286,7 @@ template <int A> struct CoordinatedTurn {
 
 // Turn at a known rate. Coefficients as for constant velocity, then S dt, C dt, sine, cosine of the turn.
 template <int A> struct KnownTurn {
-    static constexpr int axes = A, block = 2, n = 2 * A, turned = 2 + 3 * A;
+    static constexpr int axes = A, block = 2, n = 2 * A, turned = 2 + 3 * A, noise_at = 2, noise_terms = 3;
     static constexpr bool turn = false;
     static constexpr int pattern(int i, int j) {
         if (i >= 4) return ConstantVelocity<A>::pattern(i, j);

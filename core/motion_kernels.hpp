@@ -10,6 +10,9 @@ template <class T, int A> MotionKernels<T> kernels_for_axes(const MotionSpec &sp
         case MotionKind::constant_velocity: return kernels_of<T, ConstantVelocity<A>>(unscented);
         case MotionKind::constant_acceleration:
         case MotionKind::singer: return kernels_of<T, AccelerationState<A>>(unscented);
+        case MotionKind::current_statistical: return kernels_of<T, CurrentStatistical<A>>(unscented);
+        case MotionKind::augmented: return kernels_of<T, Augmented<A, false>>(unscented);
+        case MotionKind::two_stage: return kernels_of<T, Augmented<A, true>>(unscented);
         default: break;
     }
     if constexpr (A >= 2) {

@@ -10,11 +10,14 @@ template <class T> using PredictKernel = void (*)(const T *in, const T *c, const
 // The same as a matrix: x- , F (row by row) and Q, for the smoothers.
 template <class T> using LineariseKernel = void (*)(const T *in, const T *c, const T *u, T *x, T *F, T *Q);
 template <class T> using PrepareKernel = void (*)(const MotionSpec &spec, T dt, const T *parameters, T *c);
+template <class T> using NoiseKernel = void (*)(const T *c, T *P);
 
 template <class T> struct MotionKernels {
     PrepareKernel<T> prepare;
     PredictKernel<T> predict;
     LineariseKernel<T> linearise;
+    NoiseKernel<T> add_noise;
+    int noise_at, noise_terms;  // where the coefficients hold what is proportional to each axis' variance
 };
 
 // Extended Kalman prediction. Only entries of F that are not known to be 0 or 1 are computed with.
@@ -144,8 +147,9 @@ template <class T, class M> void linearise_unscented(const T *in, const T *c, co
 
 template <class T, class M> MotionKernels<T> kernels_of(bool unscented) {
     constexpr bool linear = !M::turn;  // every model but the coordinated turn
-    if (unscented && !linear) return {M::template prepare<T>, predict_unscented<T, M>, linearise_unscented<T, M>};
-    return {M::template prepare<T>, predict<T, M>, linearise<T, M>};
+    MotionKernels<T> k{M::template prepare<T>, predict<T, M>, linearise<T, M>, M::template add_noise<T>, M::noise_at, M::noise_terms};
+    if (unscented && !linear) k.predict = predict_unscented<T, M>, k.linearise = linearise_unscented<T, M>;
+    return k;
 }
 
 template <class T> MotionKernels<T> motion_kernels(const MotionSpec &spec, bool unscented);

@@ -13,6 +13,9 @@ template <class T> struct Record {
     Measurement<T> measurement;     // of the lanes whose sensor is the first one
     std::vector<Measurement<T>> others;  // of the lanes of each further sensor, if lanes differ
     int sensor;
+    std::vector<T> coefficients, inputs;  // of each mode in the step to this scan, where they vary
+
+    const T *input_of(int j) const { return !inputs.empty() ? &inputs[j * 3] : has_input ? input : nullptr; }
 };
 
 template <class T>
@@ -29,6 +32,7 @@ void record(const Step<T> &step, const TrackState<T> &s, const Scan<T> &scan, co
     r.used = scan.active & inverse(o.gated);
     r.sensor = scan.sensor ? 0 : scan.one_sensor;
     r.others.clear();
+    r.coefficients = step.ahead.used, r.inputs = step.ahead.inputs;
     if (c.count == 1) return;
     const auto lanes_of = [&](int sensor) {
         Mask<T> mine = splat_mask<T>(!scan.sensor);

@@ -74,7 +74,7 @@ template <class T> class Smooth {
         T x[L], P[packed_size(L)], log_weight, share;
     };
     const Composition<T> &c;
-    Step<T> forward;
+    Propagate<T> forward;
     SmoothOne<T> one;
     std::vector<Message> messages, next;
     std::vector<Pair> pairs;
@@ -139,7 +139,8 @@ template <class T> class Smooth {
         int at[L];  // mode j's components in mode i, or -1
         for (int k = 0; k < nj; ++k) at[k] = place_of(to.shape, k, from.shape);
         for (int k = 0; k < nj + size; ++k) start[k] = now.arena[places[k]];
-        to.kernels.linearise(start, forward.coefficient(j), after.has_input ? after.input : nullptr, ahead, F, Q);
+        to.kernels.linearise(start, after.coefficients.empty() ? forward.coefficient(j) : &after.coefficients[j * largest_coefficients],
+                             after.input_of(j), ahead, F, Q);
         enter(nj, at, start + nj, F, Q);
         Message about = next[j];  // moved from mode j's filtered estimate to the prediction from mode i
         T d[L], Jd[L];

@@ -20,7 +20,7 @@ template <class T> class SmoothOne {
         const T *x = &now.arena[mode.place], *P = x + n;
         T ahead[L], F[L * L], Q[packed_size(L)], FP[L * L], P_ahead[packed_size(L)], chol[packed_size(L)], C[L * L], G[L * L];
         forward.elapse(select<T>(next.linked, next.dt, splat<T>(0.0)));
-        mode.kernels.linearise(x, forward.coefficient(0), next.has_input ? next.input : nullptr, ahead, F, Q);
+        mode.kernels.linearise(x, next.coefficients.empty() ? forward.coefficient(0) : next.coefficients.data(), next.input_of(0), ahead, F, Q);
         for (int r = 0; r < n; ++r)
             for (int k = 0; k < n; ++k) {
                 FP[r * n + k] = splat<T>(0.0);
@@ -58,7 +58,7 @@ template <class T> class SmoothOne {
 
   private:
     const Mode<T> &mode;
-    Step<T> forward;
+    Propagate<T> forward;
 };
 
 }  // namespace jink::inline JINK_LEVEL

@@ -8,7 +8,7 @@ namespace jink::inline JINK_LEVEL {
 // From one position: no velocity unless it was measured, and each further component from its prior.
 template <class T> void start(const Composition<T> &c, TrackState<T> &s, const Fix<T> &fix, Mask<T> fresh) {
     const T zero = splat<T>(0.0), spread = splat<T>(c.declared.velocity_variance);
-    for (int j = 0; j < c.count; ++j) {
+    for (int j = 0; j < int(c.modes.size()); ++j) {
         const Mode<T> &mode = c.modes[j];
         const int axes = mode.shape.axes, block = mode.shape.block;
         T *x = &s.arena[mode.place], *P = x + mode.shape.n;
@@ -27,8 +27,12 @@ template <class T> void start(const Composition<T> &c, TrackState<T> &s, const F
                 Pv = select<T>(fresh, select<T>(fix.velocity, fix.V[packed(a, b)], a == b ? spread : zero), Pv);
             }
         }
-        s.probability[j] = select<T>(fresh, c.initial_probability[j], s.probability[j]);
+        if (mode.adapt.needs_residual()) mode.adapt.forget(axes, mode.declared.data(), &s.carry[mode.carry], fresh);
+        if (j < c.count) s.probability[j] = select<T>(fresh, c.initial_probability[j], s.probability[j]);
     }
+    for (int j = 0; j < int(s.next.size()); ++j)
+        s.alive[j] = s.next[j] = select<T>(fresh, splat<T>(c.declared.propose.start[j]), s.next[j]);
+    for (auto &value : s.memory) value = select<T>(fresh, zero, value);
     for (int a = 0; a < 3; ++a) s.first[a] = select<T>(fresh, fix.p[a], s.first[a]);
     for (int k = 0; k < 6; ++k) s.first_P[k] = select<T>(fresh, fix.P[k], s.first_P[k]);
     s.first_time = select<T>(fresh, s.time, s.first_time);
@@ -44,8 +48,7 @@ template <class T> void complete(const Composition<T> &c, TrackState<T> &s, cons
     for (int k = 0; k < 6; ++k) kept_P[k] = s.first_P[k];
     start(c, s, fix, now);
     s.first_time = kept_time;
-    for (int j = 0; j < c.count; ++j) {
-        const Mode<T> &mode = c.modes[j];
+    for (const Mode<T> &mode : c.modes) {
         const int block = mode.shape.block;
         T *x = &s.arena[mode.place], *P = x + mode.shape.n;
         const auto put = [&](int r, int k, T value) { P[packed(r, k)] = select<T>(now, value, P[packed(r, k)]); };

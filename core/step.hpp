@@ -1,7 +1,12 @@
 // One scan of one track (or one pack of tracks): mix, predict, update, weigh. What combine.hpp makes of it goes out.
 #pragma once
 
+#include "consistency.hpp"
+#include "input_estimation.hpp"
+#include "propagate.hpp"
+#include "scores.hpp"
 #include "start.hpp"
+#include "variable_dimension.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
@@ -14,54 +19,20 @@ template <class T> SensorSpec seen(const Sensor<T> &sensor) {
 
 template <class T> class Step {
   public:
-    explicit Step(const Composition<T> &composition) : c(composition) {
-        const int m = c.count;
-        predicted.resize(c.arena_size);
-        pi.resize(m * m), weights.resize(m * m), prior.resize(m), log_prior.resize(m);
-        coefficients.resize(m * largest_coefficients);
-        innovations.resize(m);
-        last_dt = nan_of<T>();
+    explicit Step(const Composition<T> &composition) : c(composition), ahead(composition), estimation(composition), dimension(composition), scores(composition) {
+        const int hypotheses = ahead.pairwise() ? c.count * c.count : c.count;
+        innovations.resize(hypotheses + c.declared.side.size());
+        for (auto &v : innovations) {
+            v = Innovation<T>();
+            v.det = splat<T>(1.0);
+            for (auto &S : v.S) S = splat<T>(1.0);
+        }
+        if (ahead.pairwise()) posterior.resize(hypotheses), updated.resize(ahead.pairs.size());
+        if (estimation.active()) always = with_nis;
     }
 
     const Composition<T> &c;
-    std::vector<T> predicted;  // each mode's x- and P-, at the mode's place
-    std::vector<T> prior;      // mode probabilities before the measurement
-
-    // Elapsed-time coefficients and transition matrix; kept while the step stays the same.
-    void elapse(T dt) {
-        if (all(dt == last_dt)) return;
-        last_dt = dt;
-        for (int j = 0; j < c.count; ++j)
-            c.modes[j].kernels.prepare(c.modes[j].motion, dt, c.modes[j].parameters.data(), coefficient(j));
-        c.transition.over(dt, pi.data());
-    }
-    const T *coefficient(int j) const { return &coefficients[j * largest_coefficients]; }
-    T *coefficient(int j) { return &coefficients[j * largest_coefficients]; }
-    const T *transition() const { return pi.data(); }
-
-    void propagate(TrackState<T> &s, T dt, const T *input) {
-        elapse(dt);
-        const int m = c.count;
-        if (m == 1) {
-            prior[0] = splat<T>(1.0);
-            c.modes[0].kernels.predict(&s.arena[c.modes[0].place], coefficient(0), input, &predicted[c.modes[0].place]);
-            return;
-        }
-        const T least = splat<T>(1e-100);  // a mode never dies for good
-        for (int j = 0; j < m; ++j) prior[j] = splat<T>(0.0);
-        for (int i = 0; i < m; ++i) {
-            const T mu = larger<T>(s.probability[i], least);
-            for (int j = 0; j < m; ++j) weights[j * m + i] = pi[i * m + j] * mu, prior[j] = prior[j] + weights[j * m + i];
-        }
-        for (int j = 0; j < m; ++j) {
-            const Mode<T> &mode = c.modes[j];
-            const T over = reciprocal(prior[j]);
-            for (int i = 0; i < m; ++i) weights[j * m + i] = weights[j * m + i] * over;
-            T *at = &predicted[mode.place];
-            mode.mix(s.arena.data(), mode.sources.data(), &weights[j * m], m, at);
-            mode.kernels.predict(at, coefficient(j), input, at);
-        }
-    }
+    Propagate<T> ahead;  // the modes as predicted for this scan
 
     Outcome<T> step(TrackState<T> &s, const Scan<T> &scan, int detail) {
         Outcome<T> out;
@@ -73,22 +44,30 @@ template <class T> class Step {
         T dt = scan.time - s.time;
         if (!s.settled) dt = select<T>(s.started & inverse(is_nan(s.time)), dt, zero);
         dt = select<T>(scan.active, dt, zero);
-        propagate(s, dt, scan.input);
+        if (c.residuals) {
+            const Fix<T> fix = position_of(scan);
+            before = s.carry;
+            ahead(s, dt, scan.input, &fix);
+        } else {
+            ahead(s, dt, scan.input, nullptr);
+        }
         s.time = select<T>(scan.active, scan.time, s.time);
         Measurement<T> m;
         if (!scan.sensor) {
             const Sensor<T> &sensor = c.sensors[scan.one_sensor];
             measure(scan, sensor, splat_mask<T>(true), m);
-            update_modes(s, sensor, m, detail);
-            finish(s, scan, sensor, m, detail, out);
+            update_modes(s, sensor, m, detail | always);
+            finish(s, scan, sensor, m, detail | always, out);
         } else {
-            several(s, scan, detail, out);
+            several(s, scan, detail | always, out);
         }
+        if (dimension.active()) dimension(s, position_of(scan), dt, innovations[0].nis, out.scored & inverse(out.gated), scan.active & s.running);
+        else if (c.proposes()) ahead.proposal.choose(s, scan.active);
         return out;
     }
 
     // The measurement as the sensor's update wants it; a converted one becomes a position with a full covariance.
-    void measure(const Scan<T> &scan, const Sensor<T> &sensor, Mask<T> lanes_of_it, Measurement<T> &m) const {
+    void measure(const Scan<T> &scan, const Sensor<T> &sensor, Mask<T> lanes_of_it, Measurement<T> &m, bool as_it_is = false) const {
         const SensorSpec &spec = sensor.spec;
         const Mask<T> usable = scan.active & lanes_of_it;
         for (int r = 0; r < spec.rows; ++r) m.z[r] = scan.z[r], m.present[r] = usable & inverse(is_nan(scan.z[r]));
@@ -96,27 +75,64 @@ template <class T> class Step {
         const T *noise = scan.own_noise ? scan.R : sensor.noise.data();
         const int terms = m.full ? packed_size(spec.rows) : spec.rows;
         for (int k = 0; k < terms; ++k) m.R[k] = noise[k];
-        if (!sensor.converted) return;
+        if (!sensor.converted || as_it_is) return;
         const Fix<T> fix = position_fix(spec, m);
         for (int a = 0; a < spec.axes; ++a) m.z[a] = fix.p[a], m.present[a] = fix.position;
         for (int k = 0; k < packed_size(spec.axes); ++k) m.R[k] = fix.P[k];
         m.full = true;
     }
 
+    // The measured position, whatever the sensors.
+    Fix<T> position_of(const Scan<T> &scan) const {
+        Fix<T> fix;
+        for (int sensor = 0; sensor < int(c.sensors.size()); ++sensor) {
+            Mask<T> mine = splat_mask<T>(!scan.sensor);
+            for (int l = 0; l < width<T> && scan.sensor; ++l) set_lane(mine, l, scan.sensor[l] == sensor);
+            if (!scan.sensor && sensor != scan.one_sensor) continue;
+            Measurement<T> m;
+            measure(scan, c.sensors[sensor], mine, m, true);
+            Fix<T> own = position_fix(c.sensors[sensor].spec, m);
+            own.position = own.position & scan.active & mine;
+            if (!scan.sensor) return own;
+            if (sensor == 0) fix = own;
+            fix.position = fix.position | own.position;
+            for (int a = 0; a < 3; ++a) fix.p[a] = select<T>(own.position, own.p[a], fix.p[a]);
+            for (int k = 0; k < 6; ++k) fix.P[k] = select<T>(own.position, own.P[k], fix.P[k]);
+        }
+        return fix;
+    }
+
   private:
-    std::vector<T> pi, weights, log_prior, coefficients;
-    std::vector<Innovation<T>> innovations;
-    T last_dt;
+    InputEstimation<T> estimation;
+    VariableDimension<T> dimension;
+    Scores<T> scores;
+    std::vector<T> log_prior, posterior, updated, before;  // updated: pairs; before: the carry before this scan
+    std::vector<Innovation<T>> innovations;       // of each mode or pair of modes, then of the side estimator
+    int always = plain;
+
+    Hypotheses<T> hypotheses() const {
+        if (ahead.pairwise()) return {c.count * c.count, ahead.pair_prior.data(), innovations.data()};
+        return {c.count, ahead.prior.data(), innovations.data()};
+    }
 
     void update_modes(TrackState<T> &s, const Sensor<T> &sensor, const Measurement<T> &m, int detail) {
         const SensorSpec spec = seen(sensor);
-        for (int j = 0; j < c.count; ++j) {
+        for (int j = 0; j < int(c.modes.size()); ++j) {
             const Mode<T> &mode = c.modes[j];
+            if (c.proposes() && j < c.count && !any(living(s.next[j]))) continue;
             const UpdateKernels<T> &k = mode.update;
             UpdateKernel<T> kernel = k.general;
             if (spec.linear()) kernel = spec.kind == SensorKind::position ? k.position : k.position_velocity;
             else if (!spec.linear() && c.declared.unscented) kernel = k.unscented;
-            kernel(spec, m, &predicted[mode.place], &s.arena[mode.place], innovations[j], detail != plain);
+            if (ahead.pairwise() && j < c.count) {
+                for (int i = 0; i < c.count; ++i) {
+                    const int at = (j * c.count + i) * ahead.stride;
+                    kernel(spec, m, &ahead.pairs[at], &updated[at], innovations[j * c.count + i], detail != plain);
+                }
+                continue;
+            }
+            Innovation<T> &v = j < c.count ? innovations[j] : innovations.back();
+            kernel(spec, m, &ahead.predicted[mode.place], &s.arena[mode.place], v, detail != plain);
         }
     }
 
@@ -145,6 +161,9 @@ template <class T> class Step {
         const auto take_mask = [&](Mask<T> &a, Mask<T> b) { a = (a & inverse(mine)) | (b & mine); };
         for (int k = 0; k < c.arena_size; ++k) take(to.arena[k], from.arena[k]);
         for (int j = 0; j < c.count; ++j) take(to.probability[j], from.probability[j]);
+        for (std::size_t k = 0; k < to.carry.size(); ++k) take(to.carry[k], from.carry[k]);
+        for (std::size_t k = 0; k < to.memory.size(); ++k) take(to.memory[k], from.memory[k]);
+        for (std::size_t k = 0; k < to.next.size(); ++k) take(to.next[k], from.next[k]), take(to.alive[k], from.alive[k]);
         take(to.last_accepted, from.last_accepted), take(to.first_time, from.first_time), take(to.rejections, from.rejections);
         for (int k = 0; k < 3; ++k) take(to.first[k], from.first[k]);
         for (int k = 0; k < 6; ++k) take(to.first_P[k], from.first_P[k]);
@@ -169,37 +188,60 @@ template <class T> class Step {
         out.measured = dof > zero;
         out.gated = out.restarted = out.initialised = splat_mask<T>(false);
         out.scored = out.measured & s.running;
-        if (detail & with_nis) out.nis = matched_nis(spec.rows, m.present);
+        if (detail & with_nis) out.nis = matched_nis(hypotheses(), spec.rows, m.present);
         if (detail & with_pit) {
             for (auto &value : out.pit) value = nan_of<T>();
-            transform(spec.rows, m.present, out.pit);
+            transform(hypotheses(), spec.rows, m.present, log_prior, out.pit);
         }
+        const bool gating = c.declared.outlier_share > 0.0;
+        if (gating) ahead.merge_pairs();
         weigh(s, dof, out);
-        if (c.declared.outlier_share > 0.0) gate(s, log_outlier, out);
+        if (ahead.pairwise()) collapse(s);
+        if (scores.active()) scores(s, ahead.prior.data(), innovations.data(), dof);
+        if (gating) gate(s, log_outlier, out);
+        if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
         s.last_accepted = select<T>(out.measured & inverse(out.gated), s.time, s.last_accepted);
         if (!s.settled || any(out.restarted)) begin(s, sensor.spec, scan, sensor, out);
     }
 
     void weigh(TrackState<T> &s, T dof, Outcome<T> &out) {
         constexpr double log_two_pi = 1.83787706640934548356;
-        const int n = c.count;
+        const Hypotheses<T> h = hypotheses();
+        const int n = h.count;
         if (n == 1) {
             out.log_likelihood = -0.5 * (innovations[0].nis + logarithm<T>(innovations[0].det) + log_two_pi * dof);
         } else {
+            T *after = ahead.pairwise() ? posterior.data() : s.probability.data();
+            if (c.proposes())
+                for (int j = 0; j < n; ++j) innovations[j].nis = select<T>(living(s.next[j]), innovations[j].nis, splat<T>(1e300));
             // c_j N_j / max over exp(-nis/2) of the best fitting mode, which cannot all underflow
             T least = innovations[0].nis;
             for (int j = 1; j < n; ++j) least = smaller<T>(innovations[j].nis, least);
             T sum = splat<T>(0.0);
             for (int j = 0; j < n; ++j) {
                 const Innovation<T> &v = innovations[j];
-                s.probability[j] = prior[j] * reciprocal_root(v.det) * exponential<T>(0.5 * (least - v.nis));
-                sum = sum + s.probability[j];
+                after[j] = h.prior[j] * reciprocal_root(v.det) * exponential<T>(0.5 * (least - v.nis));
+                sum = sum + after[j];
             }
             const T over = reciprocal(sum);
-            for (int j = 0; j < n; ++j) s.probability[j] = s.probability[j] * over;
+            for (int j = 0; j < n; ++j) after[j] = after[j] * over;
             out.log_likelihood = logarithm<T>(sum) - 0.5 * (least + log_two_pi * dof);
         }
         out.log_likelihood = select<T>(out.measured, out.log_likelihood, splat<T>(0.0));
+    }
+
+    // GPB2: each mode's pairs become one estimate.
+    void collapse(TrackState<T> &s) {
+        const int m = c.count;
+        for (int j = 0; j < m; ++j) {
+            T *p = &posterior[j * m], sum = p[0];
+            for (int i = 1; i < m; ++i) sum = sum + p[i];
+            s.probability[j] = sum;
+            const T over = reciprocal(larger<T>(sum, splat<T>(1e-300)));
+            const Mask<T> dead = sum < splat<T>(1e-300);
+            for (int i = 0; i < m; ++i) p[i] = select<T>(dead, splat<T>(1.0 / m), p[i] * over);
+            ahead.merge(j, &updated[j * m * ahead.stride], &s.arena[c.modes[j].place], p);
+        }
     }
 
     // A measurement is either the target's, with the innovation's density over all modes, or an outlier, uniform over the
@@ -213,62 +255,20 @@ template <class T> class Step {
         out.gated = out.measured & (target < outlier) & s.running;
         s.rejections = select<T>(out.measured, select<T>(out.gated, s.rejections + 1.0, splat<T>(0.0)), s.rejections);
         if (!any(out.gated)) return;
-        for (int j = 0; j < c.count; ++j) {
-            const Mode<T> &mode = c.modes[j];
+        for (const Mode<T> &mode : c.modes) {
             for (int k = mode.place; k < mode.place + mode.size(); ++k)
-                s.arena[k] = select<T>(out.gated, predicted[k], s.arena[k]);
-            s.probability[j] = select<T>(out.gated, prior[j], s.probability[j]);
+                s.arena[k] = select<T>(out.gated, ahead.predicted[k], s.arena[k]);
+            if (mode.adapt.needs_residual()) mode.adapt.missed(mode.shape.axes, &before[mode.carry], &s.carry[mode.carry], out.gated);
         }
+        for (int j = 0; j < c.count; ++j) s.probability[j] = select<T>(out.gated, ahead.prior[j], s.probability[j]);
         if (c.declared.restart_after > 0)
             out.restarted = out.gated & (s.rejections >= splat<T>(c.declared.restart_after));
-    }
-
-    // NIS of the innovation moment-matched over the modes.
-    T matched_nis(int rows, const Mask<T> *present) const {
-        T y[largest_measurement], S[packed_size(largest_measurement)], L[packed_size(largest_measurement)];
-        const T zero = splat<T>(0.0);
-        for (int r = 0; r < rows; ++r) {
-            y[r] = zero;
-            for (int j = 0; j < c.count; ++j) y[r] = y[r] + prior[j] * innovations[j].y[r];
-        }
-        for (int r = 0; r < rows; ++r)
-            for (int q = 0; q <= r; ++q) {
-                T sum = zero;
-                for (int j = 0; j < c.count; ++j) {
-                    const Innovation<T> &v = innovations[j];
-                    sum = sum + prior[j] * (v.joint[packed(r, q)] + (v.y[r] - y[r]) * (v.y[q] - y[q]));
-                }
-                S[packed(r, q)] = sum;
-            }
-        cholesky<T>(rows, S, L);
-        solve_lower<T>(rows, L, y);
-        T nis = zero;
-        for (int r = 0; r < rows; ++r) nis = nis + select<T>(present[r], y[r] * y[r], zero);
-        return nis;
-    }
-
-    // Rosenblatt's transform of the measurement under the mixture: independent and uniform if the filter is consistent.
-    void transform(int rows, const Mask<T> *present, T *pit) {
-        for (int j = 0; j < c.count; ++j) log_prior[j] = logarithm<T>(larger<T>(prior[j], splat<T>(1e-300)));
-        for (int r = 0; r < rows; ++r) {
-            T most = log_prior[0], sum = splat<T>(0.0), below = sum;
-            for (int j = 1; j < c.count; ++j) most = larger<T>(most, log_prior[j]);
-            for (int j = 0; j < c.count; ++j) {
-                const Innovation<T> &v = innovations[j];
-                const T w = exponential<T>(log_prior[j] - most), u = v.e[r] / square_root(v.S[r]);
-                sum = sum + w, below = below + w * normal_cdf<T>(u);
-                log_prior[j] = log_prior[j] - 0.5 * (u * u + logarithm<T>(v.S[r]));
-            }
-            pit[r] = select<T>(present[r], below / sum, nan_of<T>());
-        }
     }
 
     // Tracks without a state start from one measured position; the second position completes a two-point start.
     void begin(TrackState<T> &s, const SensorSpec &spec, const Scan<T> &scan, const Sensor<T> &sensor, Outcome<T> &out) {
         Measurement<T> m;
-        Sensor<T> raw = sensor;
-        raw.converted = false;
-        measure(scan, raw, splat_mask<T>(true), m);
+        measure(scan, sensor, splat_mask<T>(true), m, true);
         const Fix<T> fix = position_fix(spec, m);
         const Mask<T> fresh = scan.active & fix.position & (inverse(s.started) | out.restarted);
         const Mask<T> second = scan.active & fix.position & s.started & inverse(s.running) & inverse(out.restarted);

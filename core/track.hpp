@@ -11,6 +11,9 @@ enum class Status : unsigned char { none, updated, predicted, gated, restarted, 
 template <class T> struct TrackState {
     std::vector<T> arena;        // a zero, the priors, then each mode's x and packed P after its last update
     std::vector<T> probability;  // of each mode
+    std::vector<T> carry;        // what modes adapt by, mode after mode
+    std::vector<T> alive, next;  // of each slot: its place in the set of modes after the last scan and in the next one, or -1
+    std::vector<T> memory;       // of a detector, as it lays it out
     T time, last_accepted, rejections;
     T first[3], first_P[6], first_time;  // the first position, while waiting for a second
     Mask<T> started, running;    // has a state; its initialisation is complete
@@ -30,6 +33,11 @@ template <class T> struct TrackState {
             prior += m.shape.n;
         }
         probability = c.initial_probability;
+        carry.assign(c.carry_size, zero);
+        for (const auto &m : c.modes)
+            if (m.adapt.needs_residual()) m.adapt.forget(m.shape.axes, m.declared.data(), &carry[m.carry], splat_mask<T>(true));
+        alive = next = Composition<T>::numbers(c.declared.propose.start);
+        memory.assign(c.declared.memory_size(), zero);
         time = last_accepted = rejections = first_time = zero;
         for (auto &value : first) value = zero;
         for (auto &value : first_P) value = zero;

@@ -107,6 +107,24 @@ def test_smoothing_modes_of_very_different_noise(noises, stay, t):
     assert_positive(est.P, est.status)
 
 
+def test_smoothing_a_track_that_is_given_up_over_a_gap():
+    """Found by the search above: 100 s at 1e10 m/s² leave a covariance that is singular to rounding."""
+    motions = [
+        jink.ConstantVelocity(acceleration_sd=1e6),
+        jink.ConstantAcceleration(acceleration_increment_sd=1.3e10),
+    ]
+    f = jink.IMM(
+        motions,
+        jink.Position(sd=1e6),
+        0.5,
+        initial=jink.OnePoint(velocity_sd=100.0),
+        outliers=jink.Outliers(share=0.2, extent=1e3, restart_after=3),
+    )
+    est = f.smooth(np.array([0.0, 100.0, 100.0]), np.array([[0.0, 2e6], [1.9e5, -6e5], [-4e5, -1e6]]))
+    assert np.isfinite(est.x).all()
+    assert_positive(est.P, est.status)
+
+
 @settings(max_examples=60)
 @given(st.data())
 def test_gating_never_raises_the_likelihood_by_rejecting(draws):

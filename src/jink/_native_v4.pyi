@@ -58,6 +58,22 @@ def transition_over(
     modes: int,
     dt: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
 ) -> NDArray[numpy.float64]: ...
+
+largest_population_modes: int = 5
+
+def population_errors(
+    tables: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    count: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    transition: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    probability: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    time: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    position: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    velocity: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    variance: float,
+    result: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu")],
+    threads: int,
+) -> None: ...
 def cpu_level() -> int: ...
 
 lanes: int = 8
@@ -65,7 +81,19 @@ lanes: int = 8
 class Engine:
     def __init__(
         self,
-        arg0: Sequence[tuple[int, int, int, int, Sequence[float], Sequence[float]]],
+        arg0: Sequence[
+            tuple[
+                int,
+                int,
+                int,
+                int,
+                Sequence[float],
+                Sequence[float],
+                tuple[int, Sequence[int], bool, Sequence[float]],
+                Sequence[float],
+                bool,
+            ]
+        ],
         arg1: Sequence[
             tuple[
                 int, int, int, int, bool, bool, bool, bool, Sequence[float], Sequence[float], Sequence[float]
@@ -81,6 +109,24 @@ class Engine:
         arg9: float,
         arg10: bool,
         arg11: float,
+        arg12: int,
+        arg13: Sequence[
+            tuple[
+                int,
+                int,
+                int,
+                int,
+                Sequence[float],
+                Sequence[float],
+                tuple[int, Sequence[int], bool, Sequence[float]],
+                Sequence[float],
+                bool,
+            ]
+        ],
+        arg14: tuple[int, int, Sequence[float], Sequence[Sequence[int]], Sequence[float]],
+        arg15: tuple[int, Sequence[int], bool, Sequence[float]],
+        arg16: tuple[int, int, float],
+        arg17: tuple[int, int, int, int, Sequence[int], Sequence[float]],
         /,
     ) -> None: ...
     def run(

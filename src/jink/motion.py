@@ -18,6 +18,7 @@ from .arguments import PerAxis, exactly_one, per_axis, positive
 # kind, noise, turn noise, axes, parameters, prior variance of each component: what the engine takes
 NativeMode = tuple[int, int, int, int, list[float], list[float]]
 PIECEWISE, CONTINUOUS = 0, 1
+WITHOUT_ACCELERATION = {0, 3, 4}  # kinds whose state is [p v] per axis
 
 
 def _variances(name: str, value: PerAxis, axes: int) -> list[float]:
@@ -244,6 +245,6 @@ def mode_names(motions: Sequence[object]) -> tuple[str, ...]:
 def component_names(motions: Sequence[Motion], axes: int) -> tuple[str, ...]:
     """The components an estimate is reported in: the union over the modes, per axis, then the turn rate."""
     kinds = {m.native(axes)[0] for m in motions}
-    per = ("p", "v", "a") if kinds & {1, 2} else ("p", "v")
+    per = ("p", "v") if kinds <= WITHOUT_ACCELERATION else ("p", "v", "a")
     names = tuple(f"{c}{axis}" for axis in "xyz"[:axes] for c in per)
     return (*names, "turn_rate") if 3 in kinds else names

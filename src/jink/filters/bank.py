@@ -13,8 +13,8 @@ from ..motion import component_names, mode_names
 from ..noise import OnePoint, Outliers, Prior, TwoPoint, stationary, transition_rule
 from ..times import seconds
 from .estimate import Estimate
-from .files import save
 from .live import LiveBatch
+from .parts import Parts, native_mode
 from .rows import array_of, measurements, row_noise, track_offsets
 
 OUTPUTS = (
@@ -38,6 +38,10 @@ class Bank:
     sensors: tuple[Any, ...]
     outliers: Outliers | None
     initial: TwoPoint | OnePoint | Prior
+    not_smoothed: str = ""  # why there is no smoother, if there is none
+    _declared: tuple[list[Any], list[Any], tuple[Any, ...], Parts] | None = (
+        None  # what the engine was made from
+    )
 
     def _prepare(
         self,
@@ -48,9 +52,12 @@ class Bank:
         mixing: str = "prior",
         linearisation: str = "ekf",
         coast: float | None = None,
+        parts: Parts | None = None,
     ) -> None:
         modes, axes = len(self.motions), self.axes
-        continuous, matrix = transition_rule(transition, transition_step, modes)
+        continuous, matrix = transition_rule(
+            transition, transition_step, parts.chain if parts and parts.chain else modes
+        )
         if linearisation not in ("ekf", "ukf"):
             raise ValueError(f"linearisation: expected 'ekf' or 'ukf', got {linearisation!r}")
         if mixing not in ("prior", "unbiased"):
@@ -67,7 +74,7 @@ class Bank:
         rules = (
             continuous,
             matrix.ravel().tolist(),
-            _probabilities(mode_probability, modes, continuous, matrix).tolist(),
+            _start(parts, mode_probability, modes, continuous, matrix).tolist(),
             linearisation == "ukf",
             mixing == "unbiased",
             self.outliers.share if self.outliers else 0.0,
@@ -77,9 +84,15 @@ class Bank:
             start * start,
         )
         if all(hasattr(part, "native") for part in (*self.motions, *self.sensors)):
-            modes_native = [m.native(axes) for m in self.motions]
+            modes_native = [native_mode(m, axes) for m in self.motions]
+            sensors_native = [s.native(self.outliers) for s in self.sensors]
+            self._declared = (modes_native, sensors_native, rules, parts or Parts())
             self._engine = _engine.Engine(
-                modes_native, [s.native(self.outliers) for s in self.sensors], *rules
+                modes_native, sensors_native, *rules, *self._declared[3].native(axes)
+            )
+        elif parts is not None:
+            raise TypeError(
+                f"{type(self).__name__}: runs on jink's own motion and sensor models; models of your own work in Kalman and IMM"
             )
         else:
             from ..stepwise import Stepwise
@@ -171,6 +184,8 @@ class Bank:
         """
         if int(lag) != lag or lag < 0:
             raise ValueError(f"lag: expected a whole number of scans, got {lag!r}")
+        if lag and self.not_smoothed:
+            raise ValueError(f"lag: smoothing is not defined for {type(self).__name__}: {self.not_smoothed}")
         if n is not None and (int(n) != n or n < 1):
             raise ValueError(f"n: expected a number of targets, got {n!r}")
         live: Any = self._engine.one(int(lag)) if n is None else LiveBatch(self, int(n), int(lag), outputs)
@@ -185,6 +200,8 @@ class Bank:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read."""
+        from .files import save  # it knows every filter, this one included
+
         save(self, path)
 
     def _run(
@@ -214,6 +231,8 @@ class Bank:
         known = None if input is None else array_of("input", input, (n, self.axes))
         prior = initial if initial is not None else self.initial if isinstance(self.initial, Prior) else None
         prior_x, prior_P = self._prior(prior, len(bounds) - 1) if prior is not None else (None, None)
+        if smooth and self.not_smoothed:
+            raise ValueError(f"smooth: is not defined for {type(self).__name__}: {self.not_smoothed}")
         results, slots, status = self._allocate(outputs, out, n, len(bounds) - 1, columns)
         self._engine.run(
             times, rows, columns, bounds, which, noise, noise is not None and noise.ndim == 3, known, prior_x, prior_P,
@@ -316,6 +335,14 @@ def _probabilities(given: ArrayLike | None, modes: int, continuous: bool, matrix
     if p.shape != (modes,) or np.any(~(p >= 0)) or not np.isclose(p.sum(), 1):
         raise ValueError(f"mode_probability: expected {modes} probabilities that sum to one, got {given!r}")
     return p
+
+
+def _start(
+    parts: Parts | None, given: ArrayLike | None, modes: int, continuous: bool, matrix: Array
+) -> Array:
+    if parts is not None and parts.start is not None:
+        return parts.start
+    return _probabilities(given, modes, continuous, matrix)
 
 
 def _threads(threads: int | None) -> int:

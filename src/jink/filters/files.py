@@ -17,35 +17,48 @@ from ..noise import OnePoint, Outliers, Prior, Sojourn, TwoPoint
 from ..noise_network import ModeNetwork, NoiseNetwork
 from ..sensor import SENSORS
 from ..trained import Trained
+from .adaptive_imm import AccelerationLevel, AugmentedAcceleration, TwoStageAcceleration
+from .current_statistical import CurrentStatistical, FuzzyLimits
+from .fuzzy_imm import FuzzyNoise
+from .neural_vsmm import NetworkNoise
 
 if TYPE_CHECKING:
     from .bank import Bank
 
 VERSION = 1
 SETTINGS: dict[str, type] = {c.__name__: c for c in (Outliers, TwoPoint, OnePoint, Prior, Sojourn)}
-LEARNED: dict[str, type] = {
-    c.__name__: c for c in (FuzzyRules, Anfis, Network, Corrector, NoiseNetwork, ModeNetwork, Trained)
-}
-KINDS: dict[str, type] = {**MOTIONS, **SENSORS, **SETTINGS, **LEARNED}
+ADAPTIVE: dict[str, type] = {
+    c.__name__: c
+    for c in (
+        CurrentStatistical, FuzzyLimits, AccelerationLevel, AugmentedAcceleration, TwoStageAcceleration, FuzzyNoise, FuzzyRules,
+        NetworkNoise, NoiseNetwork, ModeNetwork, Network, Anfis, Corrector, Trained,
+    )
+}  # fmt: skip
+KINDS: dict[str, type] = {**MOTIONS, **SENSORS, **SETTINGS, **ADAPTIVE}
 
-COMMON = ("linearisation", "outliers", "initial", "coast")
+COMMON = ("outliers", "initial", "coast")
+LINEARISED = ("linearisation", *COMMON)
+MODES = ("transition", "transition_step", "mode_probability", "mixing", *LINEARISED)
 ARGUMENTS: dict[str, tuple[str, ...]] = {
-    "Kalman": COMMON,
-    "IMM": ("transition", "transition_step", "mode_probability", "mixing", *COMMON),
+    "Kalman": LINEARISED,
+    "IMM": MODES,
+    "AdaptiveIMM": ("estimator", *MODES),
+    "GPB1": MODES,
+    "GPB2": MODES,
+    "StaticMM": ("mode_probability", *LINEARISED),
+    "DigraphSwitching": ("transition", "graph", "first_mode", *COMMON),
+    "ActiveDigraph": ("transition", "alive", "graph", "first_mode", *COMMON),
+    "AdaptiveGrid": ("transition", "least_step", "unlikely", "likely", *COMMON),
+    "InputEstimation": ("window", "shortest", "false_alarm", *COMMON),
+    "VariableDimension": ("window", "false_alarm", "missed_end", *COMMON),
+    "NeuralModes": ("network", *COMMON),
+    "Aided": ("corrector",),
 }
 
 
 def save(bank: "Bank", path: str | os.PathLike[str]) -> None:
     """Write a filter. Errors: TypeError for a model of the user's own, which is code and cannot be saved."""
-    kind = type(bank).__name__
-    body: dict[str, Any] = {"jink": "filter", "version": VERSION, "units": "SI", "filter": kind}
-    body["motions"] = [plain(m) for m in bank.motions]
-    body["sensors"] = [plain(s) for s in bank.sensors]
-    for name in ARGUMENTS[kind]:
-        value = plain(getattr(bank, name))
-        if value is not None:
-            body[name] = value
-    write(body, path)
+    write({"jink": "filter", "version": VERSION, "units": "SI", **described(bank)}, path)
 
 
 def write(body: dict[str, Any], path: str | os.PathLike[str]) -> None:
@@ -54,6 +67,23 @@ def write(body: dict[str, Any], path: str | os.PathLike[str]) -> None:
     temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
     temporary.write_text(json.dumps(body, indent=2) + "\n", encoding="utf-8")
     temporary.replace(target)
+
+
+def described(bank: "Bank") -> dict[str, Any]:
+    """A filter as JSON can hold it: its kind, its parts, and its arguments that are not None."""
+    kind = type(bank).__name__
+    body: dict[str, Any] = {"filter": kind}
+    inner = getattr(bank, "filter_", None)
+    if inner is not None:
+        body["of"] = described(inner)
+    else:
+        body["motions"] = [plain(m) for m in bank.motions]
+        body["sensors"] = [plain(s) for s in bank.sensors]
+    for name in ARGUMENTS[kind]:
+        value = plain(getattr(bank, name))
+        if value is not None:
+            body[name] = value
+    return body
 
 
 def plain(value: Any) -> Any:

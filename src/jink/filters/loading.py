@@ -6,14 +6,32 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from .adaptive_imm import AdaptiveIMM
+from .aided import Aided
 from .files import ARGUMENTS, KINDS, VERSION
 from .imm import IMM
+from .input_estimation import InputEstimation
 from .kalman import Kalman
+from .neural_vsmm import NeuralModes
+from .pseudo_bayesian import GPB1, GPB2, StaticMM
+from .variable_dimension import VariableDimension
+from .variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
 
-BUILDERS: dict[str, Callable[[list[Any], list[Any], dict[str, Any]], Any]] = {
-    "Kalman": lambda motions, sensors, named: Kalman(motions[0], sensors, **named),
-    "IMM": lambda motions, sensors, named: IMM(motions, sensors, **named),
+BUILDERS: dict[str, Callable[..., Any]] = {
+    c.__name__: c
+    for c in (
+        IMM,
+        AdaptiveIMM,
+        GPB1,
+        GPB2,
+        StaticMM,
+        DigraphSwitching,
+        ActiveDigraph,
+        AdaptiveGrid,
+        NeuralModes,
+    )
 }
+SINGLE: dict[str, Callable[..., Any]] = {c.__name__: c for c in (Kalman, InputEstimation, VariableDimension)}
 
 
 def load(path: str | os.PathLike[str]) -> Any:
@@ -28,15 +46,23 @@ def load(path: str | os.PathLike[str]) -> Any:
         raise ValueError(f"{path}: is of version {body.get('version')!r}; this jink reads version {VERSION}")
     if body.get("units") != "SI":
         raise ValueError(f"{path}: units {body.get('units')!r}; expected SI")
-    kind = body.get("filter")
-    if kind not in ARGUMENTS:
-        raise ValueError(f"{path}: filter {kind!r} is none of {', '.join(ARGUMENTS)}")
     try:
-        motions, sensors = [declared(m) for m in body["motions"]], [declared(s) for s in body["sensors"]]
-        named = {name: declared(body[name]) for name in ARGUMENTS[kind] if name in body}
-        return BUILDERS[kind](motions, sensors, named)
+        return _built(body)
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from None
+
+
+def _built(body: dict[str, Any]) -> Any:
+    kind = body.get("filter")
+    if kind not in ARGUMENTS:
+        raise ValueError(f"filter {kind!r} is none of {', '.join(ARGUMENTS)}")
+    named = {name: declared(body[name]) for name in ARGUMENTS[kind] if name in body}
+    if kind == "Aided":
+        return Aided(_built(body["of"]), **named)
+    motions, sensors = [declared(m) for m in body["motions"]], [declared(s) for s in body["sensors"]]
+    if kind in SINGLE:
+        return SINGLE[kind](*motions, sensors, **named)
+    return BUILDERS[kind](motions, sensors, **named)
 
 
 def declared(value: Any) -> Any:

@@ -24,16 +24,21 @@ def cdf(x: float, dof: int) -> float:
     return min(max(value, 0.0), 1.0)
 
 
+def wilson_hilferty(p: float, dof: float) -> float:
+    """x with P(χ²(dof) ≤ x) ≈ p for any dof: ν (1 − 2/9ν + z √(2/9ν))³, z the normal quantile (Wilson & Hilferty 1931)."""
+    return dof * (1 - 2 / (9 * dof) + NormalDist().inv_cdf(p) * math.sqrt(2 / (9 * dof))) ** 3
+
+
 @lru_cache(maxsize=4096)
 def quantile(p: float, dof: int) -> float:
     """x with P(χ²(dof) ≤ x) = p: bisection, for large dof an approximation (error < 1e-5 x).
 
-    x = ν (1 − 2/9ν + z √(2/9ν))³ from 2000 degrees of freedom, z the normal quantile (Wilson & Hilferty 1931).
+    From 2000 degrees of freedom that of :func:`wilson_hilferty`.
     Errors: ValueError unless 0 < p < 1 and dof is a whole number from 1.
     """
     if not 0 < p < 1 or dof < 1 or int(dof) != dof:
         raise ValueError(f"p, dof: expected a probability and a whole number from 1, got {p!r}, {dof!r}")
-    start = dof * (1 - 2 / (9 * dof) + NormalDist().inv_cdf(p) * math.sqrt(2 / (9 * dof))) ** 3
+    start = wilson_hilferty(p, dof)
     if dof >= LARGE:
         return start
     low, high = 0.0, max(2 * start, 1.0)

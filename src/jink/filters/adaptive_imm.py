@@ -1,0 +1,211 @@
+"""The adaptive IMM: modes of known acceleration around an estimate of it that runs beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+from numpy.typing import ArrayLike
+
+from ..arguments import PerAxis, per_axis, positive
+from ..motion import ConstantVelocity, NativeMode
+from ..noise import OnePoint, Outliers, Prior, TwoPoint
+from ..sensor import Sensor
+from .bank import Bank, as_sensors
+from .parts import FIXED, Adaptation, Parts
+
+
+@dataclass(frozen=True, kw_only=True)
+class AugmentedAcceleration:
+    """Constant velocity driven by an acceleration that is a random walk, state [p v a] per axis: the optimal augmented filter.
+
+    p, v: F = [1 T; 0 1], G = [T²/2, T];  x⁺ = F x + G a + G w, w of acceleration_sd σ (m/s²);  a⁺ = a + step, of bias_sd √Qa
+    (m/s²) in one scan, whatever its length. bias_prior_sd √Pa0 (m/s²) at the start.
+    Source: Friedland, IEEE Trans. AC-14(4), 1969 (bias = acceleration).
+    """
+
+    acceleration_sd: PerAxis
+    bias_sd: PerAxis
+    bias_prior_sd: PerAxis
+    name: ClassVar[str] = "augmented_acceleration"
+    manoeuvring: ClassVar[bool] = True
+    _kind: ClassVar[int] = 6
+
+    def native(self, axes: int) -> NativeMode:
+        """What the engine runs."""
+        own = type(self).__name__
+        noise = [v * v for v in per_axis(f"{own}.acceleration_sd", self.acceleration_sd, axes, zero=True)]
+        bias = [v * v for v in per_axis(f"{own}.bias_sd", self.bias_sd, axes, zero=True)]
+        prior = [
+            v for a in per_axis(f"{own}.bias_prior_sd", self.bias_prior_sd, axes) for v in (0.0, 0.0, a * a)
+        ]
+        return self._kind, 0, 0, axes, [*noise, *bias], prior
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwoStageAcceleration(AugmentedAcceleration):
+    """The same by the two-stage estimator: a filter without acceleration, and one of the acceleration from its innovations.
+
+    M⁻ = M + Qa, U = F V + G;  x = x̄ + V b. That is the augmented filter with the noise Qa [U; 1][U; 1]ᵀ in place of Qa on the
+    acceleration alone, which is how jink runs it (U = P_xa/M): equal for Qa = 0, and no longer optimal for Qa > 0.
+    With cross-axis measurement noise each axis still has its own U. Source: Friedland 1969; Alouani, Xia, Rice & Blair, IEEE Trans.
+    AC-38(5), 1993; as used by Lee, Joo & Park 2003, eq. 3–6.
+    """
+
+    name: ClassVar[str] = "two_stage_acceleration"
+    _kind: ClassVar[int] = 7
+
+
+Estimator = AugmentedAcceleration | TwoStageAcceleration
+
+
+@dataclass(frozen=True)
+class AccelerationLevel:
+    """A motion model with a known acceleration (m/s², one number or one per axis): x⁻ = f(x) + G u.
+
+    estimated: the level counts from the acceleration that an :class:`AdaptiveIMM` estimates beside its modes, u = â(k−1) + level.
+    """
+
+    motion: Any
+    acceleration: PerAxis
+    estimated: bool = False
+
+    @property
+    def name(self) -> str:
+        """In mode names."""
+        return self.motion.name if self.manoeuvring == self.motion.manoeuvring else "acceleration_level"
+
+    @property
+    def manoeuvring(self) -> bool:
+        """Does a target in this mode manoeuvre?"""
+        still = not self.estimated and not any(_numbers(self.acceleration))
+        return bool(self.motion.manoeuvring) or not still
+
+    def native(self, axes: int) -> NativeMode:
+        """What the engine runs."""
+        return self.motion.native(axes)
+
+    def adaptation(self, axes: int) -> Adaptation:
+        """That of the motion model."""
+        return self.motion.adaptation(axes) if hasattr(self.motion, "adaptation") else FIXED
+
+    def level(self, axes: int) -> tuple[list[float], bool]:
+        """The known acceleration of each axis, and whether it counts from the estimate."""
+        values = _numbers(self.acceleration)
+        if len(values) not in (1, axes):
+            raise ValueError(
+                f"AccelerationLevel.acceleration: expected one number or one for each of {axes} axes, got {len(values)}"
+            )
+        return [values[0]] * axes if len(values) == 1 else values, self.estimated
+
+
+def _numbers(value: PerAxis) -> list[float]:
+    return [float(v) for v in value] if isinstance(value, Sequence) else [float(value)]
+
+
+def symmetric_levels(
+    motion: Any, steps: Sequence[float], axes: int, *, estimated: bool = True
+) -> list[AccelerationLevel]:
+    """Modes at zero and at ± each step (m/s²) along each axis: 1 + 2 · steps · axes of them.
+
+    Errors: ValueError for steps that are not positive and rising.
+    """
+    if not steps or any(b <= a for a, b in zip([0.0, *steps], steps, strict=False)):
+        raise ValueError(f"steps: expected positive accelerations in rising order, got {list(steps)}")
+    levels = [[0.0] * axes]
+    for axis in range(axes):
+        for step in steps:
+            for sign in (-1.0, 1.0):
+                levels.append([sign * step if a == axis else 0.0 for a in range(axes)])
+    if axes == 1:
+        levels.sort()
+    return [AccelerationLevel(motion, level, estimated) for level in levels]
+
+
+class AdaptiveIMM(Bank):
+    """IMM whose modes' known accelerations lie around an estimate of the acceleration: uⱼ(k) = â(k−1) + εⱼ.
+
+    motions, some of them :class:`AccelerationLevel` with ``estimated=True``; estimator, the filter that runs beside them on the same
+    measurements, :class:`TwoStageAcceleration` or :class:`AugmentedAcceleration` (its state is no part of the estimate). The other
+    arguments are those of :class:`jink.IMM`. Source: Munir & Atherton, IEE Proc. RSN 142(1), 1995; Lee, Joo & Park 2003, eq. 7-1.
+    """
+
+    def __init__(
+        self,
+        motions: Sequence[Any],
+        sensor: Sensor | Sequence[Sensor],
+        transition: Any,
+        *,
+        estimator: Estimator,
+        transition_step: float | None = None,
+        mode_probability: ArrayLike | None = None,
+        mixing: Literal["prior", "unbiased"] = "prior",
+        linearisation: Literal["ekf", "ukf"] = "ekf",
+        outliers: Outliers | None = None,
+        initial: TwoPoint | OnePoint | Prior | None = None,
+        coast: float | None = None,
+    ) -> None:
+        self.motions, self.sensors, self.estimator = tuple(motions), as_sensors(sensor), estimator
+        if not isinstance(estimator, AugmentedAcceleration):
+            raise TypeError(
+                f"estimator: expected AugmentedAcceleration or TwoStageAcceleration, got {type(estimator).__name__}"
+            )
+        if not any(getattr(m, "estimated", False) for m in self.motions):
+            raise ValueError("motions: none is an AccelerationLevel with estimated=True; nothing would adapt")
+        self.transition, self.transition_step, self.mode_probability = (
+            transition,
+            transition_step,
+            mode_probability,
+        )
+        self.mixing, self.linearisation, self.outliers, self.coast = mixing, linearisation, outliers, coast
+        self.initial = initial if initial is not None else TwoPoint()
+        self._prepare(
+            transition=transition,
+            transition_step=transition_step,
+            mode_probability=mode_probability,
+            mixing=mixing,
+            linearisation=linearisation,
+            coast=coast,
+            parts=Parts(side=estimator),
+        )
+
+    def __repr__(self) -> str:
+        return f"AdaptiveIMM([{', '.join(map(repr, self.motions))}], {', '.join(map(repr, self.sensors))}, {self.transition!r})"
+
+
+def aimm(
+    levels: Sequence[float],
+    sensor: Sensor,
+    transition: Any = 0.97,
+    *,
+    acceleration_sd: float,
+    estimator: Estimator,
+    mode_probability: ArrayLike | None = None,
+    outliers: Outliers | None = None,
+    initial: TwoPoint | OnePoint | Prior | None = None,
+) -> AdaptiveIMM:
+    """The adaptive IMM of the papers: constant velocities at symmetric ``levels`` (m/s²) around the estimate.
+
+    levels such as (−40, 0, 40); along each axis of the sensor. mode_probability: by default 0.6 for the level zero, the rest equal.
+    Errors: ValueError for levels that are not symmetric about zero (an even number cannot be).
+    """
+    rising = sorted(float(v) for v in levels)
+    if len(rising) % 2 == 0 or any(
+        abs(a + b) > 1e-12 * abs(a) for a, b in zip(rising, rising[::-1], strict=True)
+    ):
+        raise ValueError(
+            f"levels: expected an odd number of accelerations symmetric about zero, such as (-40, 0, 40), got {tuple(levels)}"
+        )
+    axes = int(getattr(sensor, "axes", None) or 2)
+    positive("acceleration_sd", acceleration_sd, zero=True)
+    motions = symmetric_levels(
+        ConstantVelocity(acceleration_sd=acceleration_sd), rising[len(rising) // 2 + 1 :], axes
+    )
+    if mode_probability is None:
+        centre = next(i for i, m in enumerate(motions) if not any(_numbers(m.acceleration)))
+        rest = 0.4 / max(len(motions) - 1, 1)
+        mode_probability = [0.6 if i == centre else rest for i in range(len(motions))]
+    return AdaptiveIMM(
+        motions, sensor, transition, estimator=estimator, mode_probability=mode_probability, outliers=outliers, initial=initial
+    )  # fmt: skip

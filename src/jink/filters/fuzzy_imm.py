@@ -1,0 +1,89 @@
+"""Fuzzy process noise: Sugeno rules over the residual and its change say how much of it a mode has in this scan."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..fuzzy import PUBLISHED, FuzzyRules
+from ..motion import ConstantVelocity, NativeMode
+from ..noise import OnePoint, Outliers, Prior, TwoPoint
+from ..sensor import Sensor
+from .imm import IMM
+from .parts import FUZZY_RULES, Adaptation
+
+
+@dataclass(frozen=True)
+class FuzzyNoise:
+    """A motion model whose noise variance along each axis comes from rules: q = rules(r, Δr), r = z − H x⁻, Δr = r − r of the scan before.
+
+    The rules take the place of the motion's own variance (acceleration_sd² or a density), which holds until the first measurement.
+    q(k) uses the residual of scan k, so it is found before P⁻ = F P Fᵀ + q G Gᵀ. After a start or a miss Δr is 0; a miss, or a
+    measurement rejected as an outlier, keeps the last q. Source: Lee, Joo & Park 2003, eq. 12–19.
+    """
+
+    motion: Any
+    rules: FuzzyRules
+    remembers = True
+
+    @property
+    def name(self) -> str:
+        """In mode names."""
+        return f"fuzzy_{self.motion.name}"
+
+    @property
+    def manoeuvring(self) -> bool:
+        """That of the motion model."""
+        return bool(self.motion.manoeuvring)
+
+    def native(self, axes: int) -> NativeMode:
+        """What the engine runs."""
+        return self.motion.native(axes)
+
+    def adaptation(self, axes: int) -> Adaptation:
+        """How the engine sets its variance: c₁, 1/s₁, c₂, 1/s₂, w of each rule."""
+        c, s = np.asarray(self.rules.centres), np.asarray(self.rules.spreads)
+        table = np.column_stack(
+            [c[:, 0], 1 / s[:, 0], c[:, 1], 1 / s[:, 1], np.asarray(self.rules.variances)]
+        )
+        return FUZZY_RULES, [], False, table.ravel().tolist()
+
+    def level(self, axes: int) -> tuple[list[float], bool]:
+        """The motion model's known acceleration, if any."""
+        return self.motion.level(axes) if hasattr(self.motion, "level") else ([], False)
+
+
+def fuzzy_imm(
+    sensor: Sensor,
+    rules: Sequence[FuzzyRules] | str = "lee-2003",
+    transition: Any = 0.97,
+    *,
+    mode_probability: ArrayLike | None = None,
+    outliers: Outliers | None = None,
+    initial: TwoPoint | OnePoint | Prior | None = None,
+) -> IMM:
+    """IMM of constant velocities with fuzzy noise: one mode per rule table, or a published set by its name.
+
+    mode_probability: by default 0.6 for the first, the rest equal, as published. Errors: ValueError for an unknown set, or rules in
+    other units than metres. Source: Lee, Joo & Park 2003.
+    """
+    if isinstance(rules, str):
+        if rules not in PUBLISHED:
+            raise ValueError(f"rules: expected rule tables or one of {', '.join(PUBLISHED)}, got {rules!r}")
+        rules = PUBLISHED[rules]
+    motions: list[Any] = []
+    sd = getattr(sensor, "sd", None)
+    for table in rules:
+        if isinstance(sd, int | float):
+            table.check_units(float(sd))
+        start = float(np.sqrt(np.mean(table.variances)))
+        motions.append(FuzzyNoise(ConstantVelocity(acceleration_sd=start), table))
+    if mode_probability is None and len(motions) > 1:
+        mode_probability = [0.6] + [0.4 / (len(motions) - 1)] * (len(motions) - 1)
+    return IMM(
+        motions, sensor, transition, mode_probability=mode_probability, outliers=outliers, initial=initial
+    )

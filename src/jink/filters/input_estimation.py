@@ -1,0 +1,61 @@
+"""Input estimation: a Kalman filter that finds the acceleration its innovations betray, and corrects itself by it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..noise import OnePoint, Outliers, Prior, TwoPoint
+from ..sensor import Sensor
+from .bank import Bank, as_sensors
+from .parts import Parts
+
+
+class InputEstimation(Bank):
+    """Kalman filter with a manoeuvre detector that estimates a constant acceleration over a sliding window.
+
+    For each onset ``shortest`` to ``window`` scans ago: M ← (I − K H)(F M + G), Ψ = H (F M + G), Y += Ψᵀ S⁻¹ Ψ, y += Ψᵀ S⁻¹ ν. If the
+    largest yᵀ Y⁻¹ y exceeds χ²(axes) at ``false_alarm``, u = Y⁻¹ y: x += M u, P += M Y⁻¹ Mᵀ, and the watch begins anew.
+
+    motion without acceleration, linear; shortest (default half the window): an acceleration that explains one or two innovations only
+    is mostly noise; false_alarm the probability of a correction without a manoeuvre, per onset and scan.
+    Source: Chan, Hu & Plant, IEEE Trans. AES-15(2), 1979; over all onsets of a window: Bogler, IEEE Trans. AES-23(3), 1987.
+    """
+
+    not_smoothed = "its corrections belong to no motion model"
+
+    def __init__(
+        self,
+        motion: Any,
+        sensor: Sensor,
+        *,
+        window: int = 8,
+        shortest: int | None = None,
+        false_alarm: float = 1e-3,
+        outliers: Outliers | None = None,
+        initial: TwoPoint | OnePoint | Prior | None = None,
+        coast: float | None = None,
+    ) -> None:
+        self.motions, self.sensors = (motion,), as_sensors(sensor)
+        self.window, self.shortest, self.false_alarm = window, shortest, false_alarm
+        self.outliers, self.coast = outliers, coast
+        self.initial = initial if initial is not None else TwoPoint()
+        if getattr(motion, "name", "") != "constant_velocity":
+            raise ValueError(
+                f"motion: expected a ConstantVelocity, which knows of no acceleration, got {type(motion).__name__}"
+            )
+        if int(window) != window or not 1 <= window <= 64:
+            raise ValueError(f"window: expected a whole number of scans from 1 to 64, got {window!r}")
+        least = max(1, window // 2) if shortest is None else shortest
+        if int(least) != least or not 1 <= least <= window:
+            raise ValueError(
+                f"shortest: expected a whole number of scans from 1 to window {window}, got {shortest!r}"
+            )
+        if not 0 < false_alarm < 1:
+            raise ValueError(f"false_alarm: expected a probability between 0 and 1, got {false_alarm!r}")
+        from ..metrics.chi_square import quantile
+
+        threshold = quantile(1 - false_alarm, self.axes)
+        self._prepare(coast=coast, parts=Parts(detect=(int(window), int(least), threshold)))
+
+    def __repr__(self) -> str:
+        return f"InputEstimation({self.motions[0]!r}, {', '.join(map(repr, self.sensors))}, window={self.window})"

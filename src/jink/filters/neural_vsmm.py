@@ -1,0 +1,116 @@
+"""Neural variable-structure multiple models: a network chooses the process noise, or weighs the modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..motion import NativeMode
+from ..network import Network
+from ..noise import OnePoint, Outliers, Prior, TwoPoint
+from ..noise_network import ModeNetwork, NoiseNetwork
+from ..sensor import Sensor
+from .bank import Bank, as_sensors
+from .parts import FIRST_ORDER, NETWORK, Adaptation, Parts
+
+
+def layers(network: Network) -> tuple[list[int], list[float]]:
+    """Sizes from the inputs to the outputs, and each layer's weights row by row, then its biases."""
+    sizes = [network.inputs, *(len(b) for b in network.biases)]
+    numbers: list[float] = []
+    for w, b in zip(network.weights, network.biases, strict=True):
+        numbers += [float(v) for row in w for v in row] + [float(v) for v in b]
+    return sizes, numbers
+
+
+@dataclass(frozen=True)
+class NetworkNoise:
+    """A motion model whose noise variance (one for all axes) a network chooses anew in each scan: NNVSMM, "parameter-based".
+
+    q(k) = network(q(k−1), how likely the measurement is along each axis with q(k−1)); then P⁻ = F P Fᵀ + q G Gᵀ. A miss keeps q.
+    Source: Choi, Samal & Ahn 2001, §3.
+    """
+
+    motion: Any
+    network: NoiseNetwork
+    remembers = True
+
+    @property
+    def name(self) -> str:
+        """In mode names."""
+        return f"network_{self.motion.name}"
+
+    @property
+    def manoeuvring(self) -> bool:
+        """That of the motion model."""
+        return bool(self.motion.manoeuvring)
+
+    def native(self, axes: int) -> NativeMode:
+        """What the engine runs, with the network's first variance. Errors: ValueError for another number of axes than the network's."""
+        if self.network.network.inputs != 1 + axes:
+            raise ValueError(
+                f"NetworkNoise.network: has {self.network.network.inputs} inputs; expected {1 + axes} with {axes} axes"
+            )
+        kind, noise, turn, axes, parameters, prior = self.motion.native(axes)
+        return kind, noise, turn, axes, [self.network.start] * axes + parameters[axes:], prior
+
+    def adaptation(self, axes: int) -> Adaptation:
+        """How the engine sets its variance."""
+        n = self.network
+        if (n.inputs == "log-nis") != (n.output == "log-variance"):
+            raise ValueError(
+                f"NetworkNoise.network: inputs {n.inputs!r} go with output "
+                f"{'log-variance' if n.inputs == 'log-nis' else 'variance'!r}, got {n.output!r}"
+            )
+        sizes, numbers = layers(n.network)
+        scaling = [v for pair in zip(n.centre, n.scale, strict=True) for v in pair]
+        return (
+            NETWORK,
+            sizes,
+            n.inputs == "log-nis",
+            [*scaling, n.output_centre, n.output_scale, n.least, n.most, *numbers],
+        )
+
+
+class NeuralModes(Bank):
+    """NNVSMM, "mode-based": a network scores all modes, the best share the estimate, from which all go on.
+
+    w = softmax over the ``best`` highest of network(last w, log NIS of each mode);  x = Σ wⱼ xⱼ. mode_probability holds w.
+    motions of any kind (constant velocity, acceleration, turns). Source: Choi, Samal & Ahn 2001, eq. 8.
+    """
+
+    not_smoothed = "its weights are scores, not probabilities"
+
+    def __init__(
+        self,
+        motions: Sequence[Any],
+        sensor: Sensor | Sequence[Sensor],
+        network: ModeNetwork,
+        *,
+        outliers: Outliers | None = None,
+        initial: TwoPoint | OnePoint | Prior | None = None,
+        coast: float | None = None,
+    ) -> None:
+        self.motions, self.sensors, self.network = tuple(motions), as_sensors(sensor), network
+        self.outliers, self.coast = outliers, coast
+        self.initial = initial if initial is not None else TwoPoint()
+        modes = len(self.motions)
+        if network.network.outputs != modes:
+            raise ValueError(f"network: scores {network.network.outputs} modes, got {modes} motions")
+        sizes, numbers = layers(network.network)
+        if max(sizes) > 128:
+            raise ValueError(f"network: expected layers of at most 128, got {max(sizes)}")
+        scaling = [v for pair in zip(network.centre, network.scale, strict=True) for v in pair]
+        scores: Adaptation = (NETWORK, sizes, True, [*scaling, float(network.best), *numbers])
+        self._prepare(
+            transition=np.eye(modes) if modes > 1 else 1.0,
+            mode_probability=np.full(modes, 1 / modes),
+            coast=coast,
+            parts=Parts(interaction=FIRST_ORDER, scores=scores),
+        )
+
+    def __repr__(self) -> str:
+        return f"NeuralModes([{', '.join(map(repr, self.motions))}], {', '.join(map(repr, self.sensors))})"

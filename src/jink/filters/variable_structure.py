@@ -1,0 +1,251 @@
+"""Variable-structure IMM: of many modes, only those that the last scan makes likely are run in the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arguments import Array
+from ..motion import ConstantVelocity
+from ..noise import OnePoint, Outliers, Prior, Sojourn, TwoPoint, transition_rule
+from ..sensor import Sensor
+from .bank import Bank, as_sensors
+from .parts import ACTIVE, DIGRAPH, GRID, Parts, Proposal, uniform
+
+LARGEST = 64  # modes alive at once
+
+
+class _VariableStructure(Bank):
+    """What the three have in common: the modes, the graph, and the arguments that every filter has."""
+
+    not_smoothed = "which modes are alive differs from scan to scan; use jink.IMM to smooth"
+
+    def _build(
+        self,
+        motions: Sequence[Any],
+        sensor: Any,
+        transition: Any,
+        outliers: Outliers | None,
+        initial: TwoPoint | OnePoint | Prior | None,
+        coast: float | None,
+    ) -> None:
+        self.motions, self.sensors, self.transition = tuple(motions), as_sensors(sensor), transition
+        if len(self.motions) < 2:
+            raise ValueError(f"motions: expected at least two modes, got {len(self.motions)}")
+        self.outliers, self.coast = outliers, coast
+        self.initial = initial if initial is not None else TwoPoint()
+
+    @property
+    def _alike(self) -> bool:
+        """Do the modes differ in numbers only? Then a few slots take on the numbers of those that are alive."""
+        natives = [m.native(self.axes) for m in self.motions]
+        plain = not any(hasattr(m, "adaptation") and m.adaptation(self.axes)[0] for m in self.motions)
+        return plain and len({(n[:4], tuple(n[5])) for n in natives}) == 1
+
+    def _slots(self, alive: int) -> int:
+        slots = alive if self._alike else len(self.motions)
+        if slots > LARGEST:
+            raise ValueError(f"motions: expected at most {LARGEST} alive at once, got {slots}")
+        return slots
+
+    def _placed(self, members: Sequence[int], slots: int) -> list[float]:
+        """Which mode each slot starts as."""
+        at = [-1.0] * slots
+        for k, member in enumerate(members):
+            at[k if slots < len(self.motions) else member] = float(member)
+        return at
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({len(self.motions)} modes, {', '.join(map(repr, self.sensors))})"
+
+
+class DigraphSwitching(_VariableStructure):
+    """Variable-structure IMM by digraph switching: alive are the neighbours of the likeliest mode, itself included.
+
+    A(k+1) = {j: neighbour of argmaxᵢ μᵢ(k)};  cⱼ = Σ_{i ∈ A(k)} Π⁺ᵢⱼ μᵢ for j ∈ A(k+1), the IMM's recursion over these. Π⁺: a mode that
+    stays alive stays with its own probability, the rest goes to the neighbours that are alive, in proportion.
+
+    motions the whole set; transition as in :class:`jink.IMM` over all of them; graph, the neighbours of each mode (default: where
+    transition is not zero); first_mode, the one a track begins with. Modes of one motion model and different numbers cost
+    as much as the largest neighbourhood, others as much as those that any of a pack of tracks has alive.
+    Errors: ValueError for modes that cannot be reached. Source: Li & Bar-Shalom, IEEE Trans. AC-41(4), 1996.
+    """
+
+    def __init__(
+        self,
+        motions: Sequence[Any],
+        sensor: Sensor | Sequence[Sensor],
+        transition: Any,
+        *,
+        graph: Sequence[Sequence[int]] | None = None,
+        first_mode: int = 0,
+        outliers: Outliers | None = None,
+        initial: TwoPoint | OnePoint | Prior | None = None,
+        coast: float | None = None,
+    ) -> None:
+        self._build(motions, sensor, transition, outliers, initial, coast)
+        self.graph, self.first_mode = graph, first_mode
+        near = neighbours(len(self.motions), transition, graph)
+        _reachable(near, first_mode)
+        slots = self._slots(max(map(len, near)))
+        first = self._placed(near[first_mode], slots)
+        proposal = Proposal(kind=DIGRAPH, slots=slots, start=first, neighbours=near)
+        alive = np.array([at >= 0 for at in first], dtype=float)
+        self._prepare(
+            transition=transition,
+            coast=coast,
+            parts=Parts(proposal=proposal, start=_given(first, first_mode, alive)),
+        )
+
+
+class ActiveDigraph(_VariableStructure):
+    """Variable-structure IMM by active digraph: alive are the ``alive`` likeliest modes of the next scan.
+
+    A(k+1) = the modes of the largest cⱼ = Σ_{i ∈ A(k)} Πᵢⱼ μᵢ(k), over the whole graph; then as :class:`DigraphSwitching`, with the
+    same arguments. Source: Li, Zwi & Zhang, IEEE Trans. AES-35(1), 1999; Li, IEEE Trans. AC-45(11), 2000 ("likely-model set").
+    """
+
+    def __init__(
+        self,
+        motions: Sequence[Any],
+        sensor: Sensor | Sequence[Sensor],
+        transition: Any,
+        *,
+        alive: int = 3,
+        graph: Sequence[Sequence[int]] | None = None,
+        first_mode: int = 0,
+        outliers: Outliers | None = None,
+        initial: TwoPoint | OnePoint | Prior | None = None,
+        coast: float | None = None,
+    ) -> None:
+        self._build(motions, sensor, transition, outliers, initial, coast)
+        self.graph, self.first_mode, self.alive = graph, first_mode, alive
+        if int(alive) != alive or not 1 < alive <= len(self.motions):
+            raise ValueError(
+                f"alive: expected a whole number from 2 to the {len(self.motions)} modes, got {alive!r}"
+            )
+        near = neighbours(len(self.motions), transition, graph)
+        _reachable(near, first_mode)
+        slots = self._slots(int(alive))
+        first = self._placed(near[first_mode][: int(alive)], slots)
+        proposal = Proposal(kind=ACTIVE, slots=slots, start=first, neighbours=near, numbers=[float(alive)])
+        begun = np.array([at >= 0 for at in first], dtype=float)
+        self._prepare(
+            transition=transition,
+            coast=coast,
+            parts=Parts(proposal=proposal, start=_given(first, first_mode, begun)),
+        )
+
+
+class AdaptiveGrid(_VariableStructure):
+    """Variable-structure IMM by adaptive grid: three points that move along an ordered set of modes of one motion model.
+
+    Points l < c < r lie anywhere between the first mode (0) and the last (M − 1), with numbers in between. After a scan the centre
+    goes to Σ μ · point; an outer point comes half as near where its probability is below ``unlikely``, goes out to twice the distance
+    where it is above ``likely``, and is never nearer than ``least_step``. transition: of the three points (default: stay 0.9).
+    mode_probability is shared out between the two modes a point lies between.
+    Errors: ValueError for modes of different motion models. Source: Jilkov, Angelova & Semerdjiev, IEEE Trans. AES-35(1), 1999.
+    """
+
+    def __init__(
+        self,
+        motions: Sequence[Any],
+        sensor: Sensor | Sequence[Sensor],
+        transition: Any = 0.9,
+        *,
+        least_step: float = 1.0,
+        unlikely: float = 0.05,
+        likely: float = 0.85,
+        outliers: Outliers | None = None,
+        initial: TwoPoint | OnePoint | Prior | None = None,
+        coast: float | None = None,
+    ) -> None:
+        self._build(motions, sensor, transition, outliers, initial, coast)
+        self.least_step, self.unlikely, self.likely = least_step, unlikely, likely
+        last = len(self.motions) - 1.0
+        if not self._alike:
+            raise ValueError(
+                "motions: a grid lies between modes of one motion model that differ in numbers only"
+            )
+        if not 0 < least_step <= last / 2:
+            raise ValueError(f"least_step: expected between 0 and half of {last:g} modes, got {least_step:g}")
+        if not 0 <= unlikely < likely <= 1:
+            raise ValueError(f"unlikely: expected 0 ≤ unlikely < likely ≤ 1, got {unlikely:g} and {likely:g}")
+        numbers = [float(least_step), float(unlikely), float(likely)]
+        proposal = Proposal(kind=GRID, slots=3, start=[0.0, last / 2, last], numbers=numbers)
+        self._prepare(
+            transition=transition, coast=coast, parts=Parts(proposal=proposal, start=uniform(3, 3), chain=3)
+        )
+
+
+def neighbours(modes: int, transition: Any, graph: Sequence[Sequence[int]] | None) -> list[list[int]]:
+    """Of each mode those it may change to, itself included: as given, or where transition is not zero."""
+    _, matrix = transition_rule(transition, None, modes)
+    near = [np.flatnonzero(row) for row in matrix] if graph is None else graph
+    if len(near) != modes:
+        raise ValueError(f"graph: expected the neighbours of each of {modes} modes, got {len(near)} lists")
+    out = []
+    for i, row in enumerate(near):
+        members = sorted({int(j) for j in row} | {i})
+        if members[0] < 0 or members[-1] >= modes:
+            raise ValueError(f"graph: mode {i} has neighbours {list(row)}; modes are 0 to {modes - 1}")
+        out.append(members)
+    return out
+
+
+def line_graph(modes: int, reach: int = 1) -> list[list[int]]:
+    """The neighbours of each of ordered modes: those within ``reach`` places."""
+    return [list(range(max(0, i - reach), min(modes, i + reach + 1))) for i in range(modes)]
+
+
+def line_transition(modes: int, reach: int = 1, stay: float = 0.95) -> Array:
+    """transition (M, M): stay, the rest equally to the neighbours of :func:`line_graph`."""
+    matrix = np.zeros((modes, modes))
+    for i, near in enumerate(line_graph(modes, reach)):
+        for j in near:
+            matrix[i, j] = stay if i == j else (1 - stay) / (len(near) - 1)
+    return matrix
+
+
+def noise_levels(variances: ArrayLike) -> list[ConstantVelocity]:
+    """Constant velocities with acceleration noise of these variances ((m/s²)²); choi-2001's are 1, 6, …, 196."""
+    return [ConstantVelocity(acceleration_sd=float(np.sqrt(v))) for v in np.asarray(variances, dtype=float)]
+
+
+CHOI_2001 = tuple(range(1, 197, 5))  # (m/s²)²: forty levels, a step of 5 apart; Choi, Samal & Ahn 2001, §4
+
+
+def _reachable(near: list[list[int]], start: int) -> None:
+    if int(start) != start or not 0 <= start < len(near):
+        raise ValueError(f"first_mode: expected a mode from 0 to {len(near) - 1}, got {start!r}")
+    seen, edge = {start}, [start]
+    while edge:
+        edge = [j for i in edge for j in near[i] if j not in seen]
+        seen.update(edge)
+    lost = sorted(set(range(len(near))) - seen)
+    if lost:
+        raise ValueError(
+            f"graph: mode {lost[0]} cannot be reached from mode {start}"
+            + (f", nor can {len(lost) - 1} others" if len(lost) > 1 else "")
+        )
+
+
+def _given(first: list[float], start: int, alive: Array) -> Array:
+    """Initial probabilities: nearly all on the mode a track starts with."""
+    p = np.where(alive > 0, 0.05 / max(alive.sum() - 1, 1), 0.0)
+    p[first.index(float(start))] = 0.95 if alive.sum() > 1 else 1.0
+    return p
+
+
+__all__ = [
+    "ActiveDigraph",
+    "AdaptiveGrid",
+    "DigraphSwitching",
+    "Sojourn",
+    "line_graph",
+    "line_transition",
+    "noise_levels",
+]
