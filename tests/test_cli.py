@@ -201,7 +201,7 @@ def test_random_damage_never_ends_in_a_traceback_or_half_an_output(flight, tmp_p
         (["F", "--json", "--columns", "target=icao42"], "did you mean 'icao24'"),
         (["F", "--json", "--sensor-sd", "many"], "a positive number is expected"),
         (["F", "--json", "--site", "95,0"], "--site"),
-        (["F", "--json", "--filter", "magic"], "neither a file nor one of"),
+        (["F", "--json", "--filter", "magic"], "unknown filter 'magic'"),
         (["F", "--json", "--gap", "-1"], "gap"),
         (["F", "--json", "--min-points", "0"], "min_points"),
         (["F", "--json", "--threads", "0"], "threads"),

@@ -16,11 +16,11 @@ import jink
 from jink import metrics
 from jink.compare import compare
 from jink.io.errors import InputError
+from jink.named.tuning import best_noise, golden_section
 from jink.race import simulated
 from jink.race.answers import raw
 from jink.race.squares import mahalanobis
 from jink.race.tally import Tally, difference
-from jink.race.tuning import best_noise, golden_section
 from jink.scenarios import SCENARIOS
 
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import jink
-from jink.compare import ALWAYS, FILTERS, compare
+from jink.compare import ALWAYS, ENTRANTS, compare
 from jink.compare_command import CompareRequest, run_compare
 from jink.io.errors import InputError
 from jink.scenarios import SCENARIOS
@@ -60,7 +60,7 @@ def test_json_has_the_promised_form(tmp_path, capsys):
     assert ask(filters="all", json=str(path)) == 0
     body = json.loads(path.read_text())
     assert (body["scenario"], body["runs"], body["seed"]) == ("choi-2001-1", 20, 1)
-    assert set(ALWAYS) - {"clairvoyant"} <= set(body["filters"]) <= set(FILTERS)
+    assert set(ALWAYS) - {"clairvoyant"} <= set(body["filters"]) <= set(ENTRANTS)
     assert set(body["filters"]["imm"]) >= {
         "position_rmse", "velocity_rmse", "acceleration_rmse", "normalised_position", "normalised_velocity",
         "nees_inside", "nis_inside", "lost", "us_per_update",

@@ -1,6 +1,7 @@
 """Checks of what callers pass in: each says the parameter's name, what it was and what was expected."""
 
-from collections.abc import Sequence
+import difflib
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,3 +58,11 @@ def covariance(name: str, value: ArrayLike, size: int) -> Array:
 def packed(matrix: Array) -> list[float]:
     """The lower triangle, row by row."""
     return [float(matrix[i, j]) for i in range(len(matrix)) for j in range(i + 1)]
+
+
+def unknown(what: str, name: str, known: Iterable[str]) -> str:
+    """The message for an unknown name: the nearest names, then all."""
+    names = list(known)
+    close = difflib.get_close_matches(name, names, 3, 0.5)
+    nearest = f"; did you mean {' or '.join(close)}?" if close else ""
+    return f"unknown {what} {name!r}{nearest}\n  Known: {', '.join(names)}"

@@ -116,7 +116,9 @@ def track(
     filter_: Annotated[
         str | None,
         typer.Option(
-            "--filter", metavar="NAME", help="imm (default), cv, ca, singer, or a file written by save()."
+            "--filter",
+            metavar="NAME",
+            help="imm (default), cv, ca, singer, imm-cv-ct, … (a wrong name lists all), or a file written by save().",
         ),
     ] = None,
     sensor_sd: Annotated[

@@ -7,11 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from .io.errors import InputError
-from .race import ALWAYS, FILTERS, Race
+from .named import FILTERS
+from .race import ALWAYS, ENTRANTS, Race
 from .race.entrants import check_names
 from .scenarios import Scenario, by_name
 
-__all__ = ["ALWAYS", "FILTERS", "Race", "compare"]
+__all__ = ["ALWAYS", "ENTRANTS", "FILTERS", "Race", "compare"]
 
 
 def compare(
@@ -26,7 +27,7 @@ def compare(
 ) -> Race:
     """Race filters on a scenario (or, without truth, on a file of recorded positions).
 
-    scenario a name, a :class:`jink.scenarios.Scenario` or a file; filters names of ``FILTERS``, "all", or files
+    scenario a name, a :class:`jink.scenarios.Scenario` or a file; filters names of ``ENTRANTS``, "all", or files
     that ``save`` wrote; raw measurements, tuned Kalman filters, the default IMM and the clairvoyant bound take
     part always. runs and seed of the Monte Carlo experiment; kind of the targets in a file and
     columns of it, role to name, as for :func:`jink.track`; progress(done,

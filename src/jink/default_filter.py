@@ -6,12 +6,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from .arguments import unknown
+from .filters.loading import load
 from .io.errors import InputError
-from .kinds import RARE, default_filter
+from .named import FILTERS, SHORT, Purpose, Unfit, canonical
+from .noise import Outliers
+from .sensor import Polar, Position
 
-# m/s²: what a target of this kind pulls when it manoeuvres, for the filters with a single motion model
-ACCELERATION = {"aircraft": 3.0, "fighter": 40.0, "vessel": 0.2, "vehicle": 3.0, "drone": 5.0, "person": 1.0}
-NAMES = ("imm", "cv", "ca", "singer")
+DEFAULT = "imm"
 
 
 def choose_filter(
@@ -19,20 +21,19 @@ def choose_filter(
 ) -> Any:
     """A filter for measured `components` (x, y, altitude, ...) of typical `sd`s.
 
-    `chosen` is a filter, a name, or None for the kind's default; gap (s): the longest within a part of a track.
+    `chosen` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a track.
     """
-    axes = len(components)
     if chosen is not None and not isinstance(chosen, str):
         _check(chosen, components)
         return chosen
-    sensor = _sensor(components, sd)
-    if chosen in (None, "imm"):
-        return default_filter(kind, sensor, axes, interval=gap / RARE, coast=0.0)  # parts end at gaps already
-    if chosen in NAMES:
-        return _single(chosen, sensor, ACCELERATION[kind])
-    raise InputError(
-        f"filter {chosen!r} is not known; expected {', '.join(NAMES)}, or a file written by save()"
-    )
+    name = DEFAULT if chosen is None else chosen
+    purpose = Purpose(sensor=sensor_of(components, sd), kind=kind, outliers=Outliers(), gap=gap)
+    try:
+        return FILTERS[canonical(name)](purpose).filter
+    except Unfit as reason:
+        raise InputError(f"filter {name} cannot track this: {reason}") from None
+    except ValueError as error:
+        raise InputError(f"{error}, or a file written by save()") from None
 
 
 def _check(chosen: Any, components: Sequence[str]) -> None:
@@ -46,29 +47,17 @@ def _check(chosen: Any, components: Sequence[str]) -> None:
         )
 
 
-def _single(name: str, sensor: Any, acceleration: float) -> Any:
-    """A Kalman filter with one motion model, loose enough for the kind's manoeuvres."""
-    import jink
-
-    motions = {
-        "cv": jink.ConstantVelocity(acceleration_sd=acceleration),
-        "ca": jink.ConstantAcceleration(jerk_psd=acceleration**2 / 10.0, acceleration_prior_sd=acceleration),
-        "singer": jink.Singer(acceleration_sd=acceleration, time_constant=20.0),
-    }
-    return jink.Kalman(motions[name], sensor, outliers=jink.Outliers())
-
-
 def load_filter(given: str | None) -> Any:
     """`--filter NAME|FILE`: a name stays one, a file is read."""
-    if given is None or given in NAMES:
+    if given is None or given in FILTERS or given in SHORT:
         return given
     path = Path(given)
     if not path.is_file():
-        raise InputError(f"filter {given!r} is neither a file nor one of {', '.join(NAMES)}")
-    import jink
-
+        if path.suffix or len(path.parts) > 1:
+            raise InputError(f"there is no filter file {given}")
+        raise InputError(unknown("filter", given, FILTERS) + ", or a file written by save()")
     try:
-        return jink.load(str(path))
+        return load(path)
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"filter file {given} cannot be used: {error}") from None
 
@@ -78,14 +67,13 @@ def axes_of(chosen: Any) -> int | None:
     return getattr(chosen, "axes", None)
 
 
-def _sensor(components: Sequence[str], sd: Mapping[str, float]) -> Any:
-    import jink
-
+def sensor_of(components: Sequence[str], sd: Mapping[str, float]) -> Position | Polar:
+    """The sensor of measured `components` (x, y, altitude, ... or range, azimuth, ...) with these `sd`s."""
     third = components[2] if len(components) > 2 else None
     if components[0] == "range":
         extra: dict[str, Any] = {
             "altitude": {"height_sd": sd.get("altitude")},
             "elevation": {"elevation_sd": sd.get("elevation")},
         }
-        return jink.Polar(range_sd=sd["range"], azimuth_sd=sd["azimuth"], **extra.get(third or "", {}))
-    return jink.Position(sd=[sd["position"]] * 2 + ([sd["altitude"]] if third else []), axes=len(components))
+        return Polar(range_sd=sd["range"], azimuth_sd=sd["azimuth"], **extra.get(third or "", {}))
+    return Position(sd=[sd["position"]] * 2 + ([sd["altitude"]] if third else []), axes=len(components))

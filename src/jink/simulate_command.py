@@ -96,8 +96,8 @@ def choose(request: SimulateRequest) -> Any:
 
 
 def _sensor(given: str) -> str | float:
+    from .arguments import unknown
     from .scenarios import RADARS
-    from .scenarios.scenario import unknown
 
     if given in RADARS:
         return given

@@ -14,16 +14,18 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array
-from ..default_filter import choose_filter
+from ..default_filter import sensor_of
 from ..io.cleaning import Cleaning, clean
 from ..io.errors import InputError
 from ..io.loading import Reading, load_files
 from ..io.noise_level import noise_levels
 from ..io.placing import Placed, begin_with_height, place
+from ..named import Purpose, Unfit
 from ..noise import Outliers
 from ..tracking import KINDS, usual_gap
 from .answers import GATED, UPDATED, measured_position
-from .entrants import FILTERS, SUFFIX, Course, Entrant, Unfit, from_file
+from .entrants import SUFFIX, Entrant, enter
+from .files import from_file
 from .result import Race
 from .tally import Tally, part
 from .tally import inside as inside_band
@@ -76,12 +78,12 @@ def race_on_file(
     if kind not in KINDS:
         raise InputError(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
     recording, rows, skipped_rows = read(path, kind, seed, columns)
-    course = _course(path, recording, kind)
+    purpose = _purpose(path, recording, kind)
     entrants: dict[str, Entrant] = {}
     skipped = {"rows": f"{skipped_rows} rows in another number of axes"} if skipped_rows else {}
     for name in names:
         try:
-            entrants[name] = _enter(name, course, seed)
+            entrants[name] = _enter(name, purpose, seed)
         except Unfit as reason:
             skipped[name] = str(reason)
     answers: dict[str, dict[str, Any]] = {}
@@ -129,7 +131,7 @@ def read(
     group = max(groups, key=lambda each: len(each.time))
     level = noise_levels(group, {}, kind)
     begin_with_height(group, level.covariance)
-    sensor = choose_filter(group.components, level.typical, kind, "cv").sensors[0]
+    sensor = sensor_of(group.components, level.typical)
     covariance = None if level.uniform else level.covariance
     recording = _split(group, sensor, covariance, seed)
     return recording, len(group.time), sum(len(g.time) for g in groups) - len(group.time)
@@ -155,7 +157,7 @@ def _split(group: Placed, sensor: Any, covariance: Array | None, seed: int) -> R
     )  # fmt: skip
 
 
-def _course(path: str, recording: Recording, kind: str) -> Course:
+def _purpose(path: str, recording: Recording, kind: str) -> Purpose:
     def loss(filter: Any) -> float:
         estimate = filter.filter(**recording.keywords(), outputs=("log_likelihood_scan", "status"))
         rows = recording.fitting & ((estimate.status == UPDATED) | (estimate.status == GATED))
@@ -164,7 +166,7 @@ def _course(path: str, recording: Recording, kind: str) -> Course:
     steps = np.diff(recording.time)
     steps = steps[steps > 0]
     noise = recording.sensor.native()[9]
-    return Course(
+    return Purpose(
         name=path,
         kind=kind,
         sensor=recording.sensor,
@@ -173,17 +175,18 @@ def _course(path: str, recording: Recording, kind: str) -> Course:
         loss=loss,
         fitted=recording.fitted,
         outliers=Outliers(),
+        recorded=True,
     )
 
 
-def _enter(name: str, course: Course, seed: int) -> Entrant:
+def _enter(name: str, purpose: Purpose, seed: int) -> Entrant:
     if name.endswith(SUFFIX):
-        return from_file(name, course, seed, 0)
+        return from_file(name, purpose, seed, 0)
     if name in ("clairvoyant", "near-optimal"):
         raise Unfit(TRUTHFUL)
     if name == "raw":
         return Entrant(name="raw", words="the last two measurements, extrapolated")
-    return FILTERS[name](course)
+    return enter(name, purpose)
 
 
 def predicted(filter: Any, recording: Recording) -> dict[str, Any]:

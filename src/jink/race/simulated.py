@@ -13,12 +13,14 @@ import numpy as np
 from .. import metrics
 from ..arguments import Array
 from ..io.errors import InputError
+from ..named import Purpose, Unfit
 from ..noise import Outliers
 from ..references import PRIORS, near_optimal
-from ..scenarios import Scenario, Simulation
+from ..scenarios import SCENARIOS, Scenario, Simulation
 from ..sensor import Bearing, Position
 from .answers import Answer, Block, filtered, jointly, per_axis, raw
-from .entrants import FILTERS, SUFFIX, Course, Entrant, Unfit, from_file
+from .entrants import SUFFIX, Entrant, enter
+from .files import from_file
 from .result import Race
 from .tally import Tally, part, scored
 
@@ -35,7 +37,7 @@ class Field:
     """What all entrants share: the scenario, what training showed, and the limit (m) of a lost track."""
 
     scenario: Scenario
-    course: Course
+    purpose: Purpose
     training: Simulation
     lost_beyond: float
     first: int
@@ -100,7 +102,7 @@ def prepare(scenario: Scenario, seed: int, first: int) -> Field:
         )
     noise = raw(training).position - training.truth.position[..., : raw(training).position.shape[2]]
     level = metrics.rmse(noise).value
-    course = Course(
+    purpose = Purpose(
         name=scenario.name,
         kind=scenario.kind,
         sensor=sensor,
@@ -110,8 +112,9 @@ def prepare(scenario: Scenario, seed: int, first: int) -> Field:
         fitted=f"{count} training runs",
         per_axis=scenario.name in PER_AXIS,
         outliers=Outliers(share=observation.outlier_share) if observation.outlier_share else None,
+        recorded=scenario.name not in SCENARIOS,
     )
-    return Field(scenario, course, training, LOST * level, first)
+    return Field(scenario, purpose, training, LOST * level, first)
 
 
 def _loss(filter: Any, training: Simulation, first: int) -> float:
@@ -129,12 +132,12 @@ def _loss(filter: Any, training: Simulation, first: int) -> float:
 
 def _enter(name: str, field: Field, seed: int, runs: int) -> Entrant:
     if name.endswith(SUFFIX):
-        return from_file(name, field.course, seed, runs)
+        return from_file(name, field.purpose, seed, runs)
     if name == "clairvoyant":
         _process_noise(field.training)
     if name == "near-optimal":
         _prior(field.scenario)
-    return FILTERS[name](field.course)
+    return enter(name, field.purpose)
 
 
 def _process_noise(training: Simulation) -> float:

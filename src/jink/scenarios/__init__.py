@@ -1,10 +1,11 @@
 """Truth to test and train on: `SCENARIOS` by name; `by_name` finds one or says which there are."""
 
+from ..arguments import unknown
 from .aircraft import flown
 from .benchmark import benchmark
 from .papers import choi, lee_and_wang
 from .random import families
-from .scenario import Scenario, Simulation, unknown
+from .scenario import Scenario, Simulation
 from .sensing import RADARS, Observation, Schedule
 from .vehicles import vehicles
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
+from ..arguments import Array, unknown
 from ..sensor import Position, Sensor
 from .draws import Draws
 from .legs import Legs
@@ -126,13 +125,6 @@ class Scenario:
         if isinstance(sensor, int | float):
             return Observation(sensor=Position(sd=float(sensor), axes=self.axes)), None, 0.0
         return Observation(sensor=sensor), None, 0.0
-
-
-def unknown(what: str, name: str, known: Any) -> str:
-    """The message for an unknown name: the nearest names, then all."""
-    close = difflib.get_close_matches(name, list(known), 3, 0.5)
-    nearest = f"; did you mean {' or '.join(close)}?" if close else ""
-    return f"unknown {what} {name!r}{nearest}\n  Known: {', '.join(known)}"
 
 
 def _numbers(runs: int | Sequence[int] | np.ndarray) -> np.ndarray:
