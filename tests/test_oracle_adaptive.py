@@ -225,7 +225,7 @@ def test_grid_moves_by_its_rules():
     grid = np.tile([-30.0, 0.0, 30.0], (4, 1))
     mu = np.array([[0.05, 0.9, 0.05], [0.2, 0.6, 0.2], [0.0, 0.05, 0.95], [0.8, 0.1, 0.1]])
     got = adapted_grid(grid, mu, 2.0, (-60.0, 60.0), 0.1, 0.9)
-    want = [[-15, 0, 15], [-30, 0, 30], [28.5 - 30, 28.5, 60], [-21 - 30, -21, 9]]
+    want = [[-15, 0, 15], [-30, 0, 30], [28.5 - 15, 28.5, 60], [-21 - 30, -21, 9]]
     assert_allclose(got, want, atol=1e-12)
     time, z = reports(axes=1)
     est, grids = acceleration_grid(time, z, np.eye(1) * 25, 0.5, stay(0.9, 3), np.full(3, 1 / 3), 20.0, 1.0)
@@ -300,7 +300,7 @@ def test_no_manoeuvre_is_the_plain_filter():
     assert not est.detected.any()
     assert_allclose(est.x[1:], plain.x[0, 1:], rtol=1e-9, atol=1e-9)
     active = om.ConstantAcceleration(2, jerk_psd=1.0)
-    both = VariableDimension(motion, active, R2, 0.8, 1e9, 5, 10.0).track(time, z[0])
+    both = VariableDimension(motion, active, R2, 5, 1e9, 10.0).track(time, z[0])
     assert not both.manoeuvring.any()
     assert_allclose(both.x[1:, [0, 1, 3, 4]], plain.x[0, 1:], rtol=1e-9, atol=1e-9)
 
@@ -313,7 +313,7 @@ def test_variable_dimension_begins_in_the_past_and_ends():
     quiet = om.ConstantVelocity(1, acceleration_sd=0.5)
     active = om.ConstantAcceleration(1, acceleration_increment_sd=1.0)
     R = 25.0 * np.eye(1)
-    est = VariableDimension(quiet, active, R, 0.8, 15.0, 5, 12.0).track(time, z)
+    est = VariableDimension(quiet, active, R, 5, 15.0, 12.0).track(time, z)
     k = int(np.flatnonzero(est.begun >= 0)[0])
     assert 20 <= k <= 24 and est.begun[k] == k - 5
     assert est.manoeuvring[25:30].all() and not est.manoeuvring[-1] and not est.manoeuvring[:20].any()

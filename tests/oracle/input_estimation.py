@@ -49,12 +49,12 @@ class Estimated:
 
 
 def input_estimation(
-    motion: Motion, time: Array, z: Array, R: Array, window: int, threshold: float
+    motion: Motion, time: Array, z: Array, R: Array, window: int, threshold: float, shortest: int = 1
 ) -> Estimated:
     """A new onset with every scan (the input acts since the scan before), the oldest beyond `window` dropped.
 
     When max over onsets of y' Y^-1 y exceeds the threshold: x += M u, P += M Y^-1 M', and all hypotheses
-    begin anew. An input that goes on is found again. The first of equal onsets (the oldest) wins.
+    begin anew. An input that goes on is found again. Only onsets at least `shortest` scans old are asked.
     """
     N, axes = z.shape
     start = started([motion], time, z[None, :2], R)[0]
@@ -67,14 +67,16 @@ def input_estimation(
     )
     out.x[1], out.P[1] = mode.x, mode.P
     for k in range(2, N):
-        mode, onsets, u = scan(motion, mode, onsets, z[k], R, time[k] - time[k - 1], window, threshold)
+        mode, onsets, u = scan(
+            motion, mode, onsets, z[k], R, time[k] - time[k - 1], window, threshold, shortest
+        )
         if u is not None:
             out.detected[k], out.u[k] = True, u
         out.x[k], out.P[k] = mode.x, mode.P
     return out
 
 
-def scan(motion, mode: Mode, onsets: list[Onset], z, R, dt, window, threshold):
+def scan(motion, mode: Mode, onsets: list[Onset], z, R, dt, window, threshold, shortest):
     axes = motion.axes
     F, G = motion.F(mode.x, dt), motion.input_matrix(dt)
     onsets = [*onsets, Onset(np.zeros_like(G), np.zeros((axes, axes)), np.zeros(axes))][-window:]
@@ -91,7 +93,10 @@ def scan(motion, mode: Mode, onsets: list[Onset], z, R, dt, window, threshold):
         each.M = keep @ moved
         each.Y = each.Y + Psi.T @ S_inverse @ Psi
         each.y = each.y + Psi.T @ S_inverse @ nu
-    best = max(onsets, key=lambda each: each.significance)
+    asked = onsets[: len(onsets) - shortest + 1]
+    if not asked:
+        return now.mode, onsets, None
+    best = max(asked, key=lambda each: each.significance)
     if not there.any() or best.significance <= threshold:
         return now.mode, onsets, None
     u, spread = np.linalg.solve(best.Y, best.y), np.linalg.inv(best.Y)

@@ -7,12 +7,11 @@ Detection: rho(k) = alpha rho(k-1) + nu' S^-1 nu, effective window s = 1/(1 - al
 the target has manoeuvred since scan j = k - s: at j
     a = 2/T^2 (z - p - T v),  position = z,  velocity = v + T a,
 from the quiet estimate [p v] at j - 1 and the step T between, with the covariance that z and that estimate
-give them; then the constant-acceleration filter runs over j + 1 ... k again. It ends when the sum over the last
-`back_window` measured scans of a' P_a^-1 a falls below `back_threshold`; the accelerations are dropped.
+give them; then the constant-acceleration filter runs over j + 1 ... k again. It ends when the sum of a' P_a^-1 a
+over the last s scans falls below its threshold; the accelerations are dropped.
 
-Readings. A missing scan leaves rho as it is. Where z(j) is missing, the next measured scan serves; where none
-is left before k, or j - 1 lies before the start, the earliest that there is. Only estimates since the last
-return to constant velocity are gone back to.
+Readings. A missing scan leaves rho as it is; a detection whose scan j is missing waits for the next scan. One
+is not gone back to before s + 2 quiet scans have passed since the start or the last manoeuvre.
 """
 
 from __future__ import annotations
@@ -41,10 +40,10 @@ class Tracked:
 
 @dataclass
 class Memory:
-    """The quiet estimates and scans since `first`, rho, and the significances while manoeuvring."""
+    """The quiet estimates and their number of scans, rho, and the significances while manoeuvring."""
 
-    first: int
     quiet: dict[int, Mode] = field(default_factory=dict)
+    quiet_for: int = 0
     rho: float = 0.0
     manoeuvring: Mode | None = None
     significance: list[float] = field(default_factory=list)
@@ -73,22 +72,20 @@ class VariableDimension:
         quiet: ConstantVelocity,
         active: ConstantAcceleration,
         R: Array,
-        alpha: float,
+        window: int,
         threshold: float,
-        back_window: int,
         back_threshold: float,
     ):
         self.quiet, self.active, self.R = quiet, active, R
-        self.alpha, self.threshold = alpha, threshold
-        self.back_window, self.back_threshold = back_window, back_threshold
-        self.window = round(1 / (1 - alpha))
+        self.window, self.alpha = window, 1 - 1 / window
+        self.threshold, self.back_threshold = threshold, back_threshold
 
     def track(self, time: Array, z: Array) -> Tracked:
         N, axes = z.shape
         n = 3 * axes
         out = Tracked(np.full((N, n), np.nan), np.full((N, n, n), np.nan), np.zeros(N, bool), np.full(N, -1))
         start = started([self.quiet], time, z[None, :2], self.R)[0]
-        memory = Memory(1, {1: Mode(start.x[0], start.P[0])})
+        memory = Memory({1: Mode(start.x[0], start.P[0])})
         self.write(out, 1, memory)
         for k in range(2, N):
             if memory.manoeuvring is None:
@@ -104,16 +101,12 @@ class VariableDimension:
             self.quiet, predict(self.quiet, memory.quiet[k - 1], time[k] - time[k - 1]), z[k], self.R
         )
         memory.quiet[k] = now.mode
-        if np.isnan(z[k]).all():
+        memory.quiet_for += 1
+        if not np.isnan(z[k]).all():
+            memory.rho = self.alpha * memory.rho + now.residual @ np.linalg.solve(now.S, now.residual)
+        j = k - self.window
+        if memory.rho <= self.threshold or memory.quiet_for < self.window + 2 or np.isnan(z[j]).any():
             return -1
-        memory.rho = self.alpha * memory.rho + now.residual @ np.linalg.solve(now.S, now.residual)
-        if memory.rho <= self.threshold:
-            return -1
-        complete = ~np.isnan(z).any(axis=1)
-        candidates = [j for j in range(max(k - self.window, memory.first + 1), k + 1) if complete[j]]
-        if not candidates:
-            return -1
-        j = candidates[0]
         mode = restarted(memory.quiet[j - 1], z[j], self.R, time[j] - time[j - 1], self.quiet.axes)
         for i in range(j + 1, k + 1):
             mode = update(self.active, predict(self.active, mode, time[i] - time[i - 1]), z[i], self.R).mode
@@ -123,14 +116,12 @@ class VariableDimension:
     def active_scan(self, memory: Memory, time: Array, z: Array, k: int) -> None:
         before = predict(self.active, memory.manoeuvring, time[k] - time[k - 1])
         mode = memory.manoeuvring = update(self.active, before, z[k], self.R).mode
-        if np.isnan(z[k]).all():
-            return
         at = where(self.active.axes, "a")
         memory.significance.append(float(mode.x[at] @ np.linalg.solve(mode.P[np.ix_(at, at)], mode.x[at])))
-        last = memory.significance[-self.back_window :]
-        if len(last) == self.back_window and sum(last) < self.back_threshold:
+        last = memory.significance[-self.window :]
+        if len(last) == self.window and sum(last) < self.back_threshold:
             kept = where(self.active.axes, "pv")
-            memory.first, memory.quiet = k, {k: Mode(mode.x[kept], mode.P[np.ix_(kept, kept)])}
+            memory.quiet_for, memory.quiet = 0, {k: Mode(mode.x[kept], mode.P[np.ix_(kept, kept)])}
             memory.manoeuvring, memory.rho = None, 0.0
 
     def write(self, out: Tracked, k: int, memory: Memory) -> None:

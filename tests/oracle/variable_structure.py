@@ -2,8 +2,8 @@
 
 Li & Bar-Shalom, "Multiple-model estimation with variable structure", IEEE T-AC 41(4), 1996; Li, "Hybrid
 estimation techniques", Control and Dynamic Systems 76, 1996 (digraph switching, active digraph, adaptive grid).
-The recursion: sources are the modes active at k - 1, targets those active at k, the rows of the transition
-matrix between them scaled to sum to one; everything else is the IMM.
+The recursion: sources are the modes active at k - 1, targets those active at k, with a transition matrix between
+them; everything else is the IMM.
 """
 
 from __future__ import annotations
@@ -34,12 +34,19 @@ def graph_transition(graph: Mask, stay: float) -> Array:
 
 
 def restricted(Pi: Array, active: Mask) -> Array:
-    """Pi (B, M, M) to the active targets only, rows scaled to sum to one; a source from which none of them
-    can be reached loses its probability.
+    """Pi (M, M) between active targets only, (B, M, M).
+
+    Reading. A mode that stays active stays with its own probability; the rest goes to the active modes it may
+    change to, in proportion. One that is no longer active leaves all it has to those, or, where there are none,
+    to all active modes alike.
     """
-    kept = Pi * active[:, None, :]
-    total = kept.sum(axis=-1, keepdims=True)
-    return np.divide(kept, total, out=np.zeros_like(kept), where=total > 0)
+    own = np.eye(len(Pi), dtype=bool)
+    others = np.where(own, 0.0, Pi) * active[:, None, :]
+    total = others.sum(axis=-1, keepdims=True)
+    stay = np.where(total > 0, np.diag(Pi)[:, None], 1.0) * active[:, :, None]
+    alike = active[:, None, :] / active.sum(axis=-1)[:, None, None]
+    spread = np.divide(others, total, out=np.zeros_like(others), where=total > 0)
+    return np.where(own, stay, (1 - stay) * spread) + np.where((stay == 0) & (total == 0), alike, 0.0)
 
 
 def switched(graph: Mask, Pi: Array, mu: Array) -> Mask:
@@ -81,25 +88,24 @@ def variable_structure(
     return along(motions, time, z, R, mu, step)
 
 
-def adapted_grid(grid: Array, mu: Array, least: float, bounds, unlikely: float, significant: float) -> Array:
+def adapted_grid(grid: Array, mu: Array, least: float, bounds, unlikely: float, likely: float) -> Array:
     """Next (B, 3) = left, centre, right of a parameter (Jilkov, Angelova & Semerdjiev, "Design and comparison
     of mode-set adaptive IMM algorithms", IEEE T-AES 35(1), 1999).
 
-    The centre moves to sum mu_i g_i. With dl = max(centre - left, least), dr = max(right - centre, least):
-    no jump (centre most probable): a side less probable than `unlikely` comes to half its distance;
-    jump to a side (that side most probable): beyond `significant` it goes to twice its distance, and the
-    other side keeps its own. Everything stays within `bounds`.
+    The centre moves to sum mu_i g_i. A side less probable than `unlikely` comes to half its distance from the
+    centre; one more probable than `likely` (the target has jumped) goes out to twice it; none comes nearer than
+    `least`. The centre keeps `least` from the bounds, the sides stay within them. Reading: the paper asks for
+    the most probable of the three first, which thresholds below and above one half decide as well.
     """
     left, centre, right = grid.T
-    dl, dr = np.maximum(centre - left, least), np.maximum(right - centre, least)
-    best = mu.argmax(axis=-1)
-    middle = (mu * grid).sum(axis=-1)
-    scale_left = np.where(best == 1, np.where(mu[:, 0] < unlikely, 0.5, 1.0), 1.0)
-    scale_right = np.where(best == 1, np.where(mu[:, 2] < unlikely, 0.5, 1.0), 1.0)
-    scale_left = np.where((best == 0) & (mu[:, 0] > significant), 2.0, scale_left)
-    scale_right = np.where((best == 2) & (mu[:, 2] > significant), 2.0, scale_right)
-    moved = np.stack([middle - scale_left * dl, middle, middle + scale_right * dr], axis=-1)
-    return np.clip(moved, *bounds)
+
+    def distance(before, mine):
+        return np.maximum(before * np.where(mine < unlikely, 0.5, np.where(mine > likely, 2.0, 1.0)), least)
+
+    low, high = bounds
+    middle = np.clip((mu * grid).sum(axis=-1), low + least, high - least)
+    to_left, to_right = distance(centre - left, mu[:, 0]), distance(right - centre, mu[:, 2])
+    return np.stack([np.maximum(middle - to_left, low), middle, np.minimum(middle + to_right, high)], axis=-1)
 
 
 def acceleration_grid(
@@ -112,7 +118,7 @@ def acceleration_grid(
     half_width: float,
     least: float,
     unlikely: float = 0.1,
-    significant: float = 0.9,
+    likely: float = 0.9,
 ) -> tuple[Estimates, Array]:
     """Adaptive grid over acceleration levels of one axis: constant-velocity modes with known inputs
     (left, centre, right), begun at -half_width, 0, half_width, which also bounds them. Also the grids (B, N, 3).
@@ -122,9 +128,7 @@ def acceleration_grid(
     grids = np.tile(np.array([-half_width, 0.0, half_width]), (*z.shape[:2], 1))
 
     def step(modes: list[Mode], mu, k, dt):
-        grids[:, k] = adapted_grid(
-            grids[:, k - 1], mu, least, (-half_width, half_width), unlikely, significant
-        )
+        grids[:, k] = adapted_grid(grids[:, k - 1], mu, least, (-half_width, half_width), unlikely, likely)
         c, weights = backward_weights(Pi, mu)
         starts = mixed(motions, modes, weights)
         now = [
