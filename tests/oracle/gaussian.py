@@ -60,7 +60,7 @@ def linearise(points: Array, values: Array, x: Array, P: Array) -> tuple[Array, 
 def predict(
     motion: Motion, x: Array, P: Array, dt: float, u: Array | None = None, linearisation="ekf"
 ) -> Predicted:
-    Q = motion.Q(dt)
+    Q = motion.noise(x, dt)
     if linearisation == "ekf":
         mean, A, noise = motion.f(x, dt), motion.F(x, dt), Q
     else:

@@ -54,7 +54,11 @@ class Motion:
         raise KeyError(component)
 
     def f(self, x: Array, dt: float) -> Array:
-        return self.F(x, dt) @ x
+        return x @ self.F(x, dt).T
+
+    def noise(self, x: Array, dt: float) -> Array:
+        """Q of a step that begins at the estimate x, which adaptive models look at."""
+        return self.Q(dt)
 
     def F(self, x: Array, dt: float) -> Array:
         raise NotImplementedError
