@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def fit_network(
 def initial(sizes: Sequence[int], rng: np.random.Generator) -> Parameters:
     """Weights of variance 1/inputs, biases zero (Glorot & Bengio 2010 for tanh)."""
     values: Parameters = []
-    for before, after in zip(sizes[:-1], sizes[1:], strict=True):
+    for before, after in pairwise(sizes):
         values += [rng.normal(0, 1 / np.sqrt(before), (after, before)), np.zeros(after)]
     return values
 
