@@ -50,6 +50,10 @@ class Runs:
             self, **{name: getattr(self, name)[which] for name in ("time", "z", *TRUTHS, "numbers")}
         )
 
+    def along(self, axes: list[int]) -> Runs:
+        """Some of the axes."""
+        return replace(self, **{name: getattr(self, name)[..., axes] for name in ("z", *TRUTHS)})
+
     def axes_apart(self) -> Runs:
         """Every axis as a run of its own, axis by axis: (axes · B, S, 1)."""
         wide = {name: getattr(self, name) for name in ("z", *TRUTHS)}
@@ -139,3 +143,26 @@ def from_file(path: str | os.PathLike[str], sd: float) -> Runs:
         time=time, z=stack(axes), position=stack([f"true_{a}" for a in axes]), velocity=stack([f"true_velocity_{a}" for a in axes]),
         acceleration=stack([f"true_acceleration_{a}" for a in axes]), sd=positive("sd", sd), name=text, numbers=np.arange(len(parts)),
     )  # fmt: skip
+
+
+def joined(parts: list[Runs]) -> Runs:
+    """Runs of several sources as one; the shorter are filled up with scans without measurement or truth.
+
+    Errors: ValueError for other axes or another sd.
+    """
+    if len({(part.axes, part.sd) for part in parts}) != 1:
+        raise ValueError("parts: expected the same axes and sd in all")
+    scans = max(part.time.shape[1] for part in parts)
+
+    def filled(part: Runs, name: str) -> Array:
+        array = getattr(part, name)
+        more = [(0, 0), (0, scans - array.shape[1])] + [(0, 0)] * (array.ndim - 2)
+        return (
+            np.pad(array, more, mode="edge")
+            if name == "time"
+            else np.pad(array, more, constant_values=np.nan)
+        )
+
+    arrays = {name: np.concatenate([filled(p, name) for p in parts]) for name in ("time", "z", *TRUTHS)}
+    numbers = np.concatenate([part.numbers for part in parts])
+    return Runs(sd=parts[0].sd, name="; ".join(p.name for p in parts), numbers=numbers, **arrays)

@@ -1,0 +1,166 @@
+"""Correctors: what a filter leaves behind, learned from runs with their truth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array
+from ..corrector import CORRECTS, Corrector
+from ..filters.estimate import STATUS
+from .anfis import fit_anfis
+from .data import Runs
+from .mlp import fit_network
+
+UPDATED = STATUS.index("updated")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Seen:
+    """What a filter saw and said at every scan, (B, S, axes) each.
+
+    innovation ν = z − x̂(t|t−1) (m) and its variance S; estimate and variance by quantity (position, velocity, acceleration); updated
+    where a measurement was used.
+    """
+
+    innovation: Array
+    S: Array
+    residual: Array
+    step: Array
+    estimate: dict[str, Array]
+    variance: dict[str, Array]
+    updated: np.ndarray
+
+
+def watch(filter: Any, runs: Runs) -> Seen:
+    """Run a filter over runs, every scan once without its measurement and once with it.
+
+    Over no time nothing moves, so the first gives x̂(t|t−1) and the second is what the filter says anyway.
+    """
+    B, S, axes = runs.z.shape
+    z = np.full((B, S, 2, axes), np.nan)
+    z[:, :, 1] = runs.z
+    estimate = filter.filter(
+        np.repeat(runs.time.reshape(-1), 2), z.reshape(-1, axes), offsets=np.arange(B + 1) * 2 * S,
+        outputs=("x", "P", "status"),
+    )  # fmt: skip
+    x = estimate.x.reshape(B, S, 2, -1)
+    P = np.einsum("nii->ni", estimate.P).reshape(B, S, 2, -1)
+    updated = (estimate.status.reshape(B, S, 2)[:, :, 1] == UPDATED)[..., None] & np.isfinite(runs.z)
+    places = _places(estimate.components, axes)
+    p = places["position"]
+    return Seen(
+        innovation=runs.z - x[:, :, 0, p],
+        S=P[:, :, 0, p] + runs.sd**2,
+        residual=runs.z - x[:, :, 1, p],
+        step=x[:, :, 0, p] - x[:, :, 1, p],
+        estimate={name: x[:, :, 1, where] for name, where in places.items()},
+        variance={name: P[:, :, 1, where] for name, where in places.items()},
+        updated=updated,
+    )
+
+
+def _places(components: Sequence[str], axes: int) -> dict[str, list[int]]:
+    """Where position, velocity and acceleration stand in an estimate, as far as it has them."""
+    named = {quantity: [f"{quantity[0]}{axis}" for axis in "xyz"[:axes]] for quantity in CORRECTS}
+    return {
+        quantity: [components.index(name) for name in names]
+        for quantity, names in named.items()
+        if set(names) <= set(components)
+    }
+
+
+def inputs_of(kind: str, count: int, seen: Seen) -> Array:
+    """A corrector's inputs u (B, S, axes, count); see :class:`jink.Corrector`."""
+    if kind == "titi-guney":
+        return np.where(seen.updated[..., None], np.stack([seen.residual, seen.step], axis=-1), 0.0)
+    with np.errstate(invalid="ignore"):
+        normal = np.where(seen.updated, seen.innovation / np.sqrt(seen.S), 0.0)
+    padded = np.pad(normal, ((0, 0), (count - 1, 0), (0, 0)))
+    S = normal.shape[1]
+    return np.stack([padded[:, count - 1 - k : count - 1 - k + S] for k in range(count)], axis=-1)
+
+
+def unit_of(kind: str, corrects: Sequence[str], seen: Seen) -> Array:
+    """What a correction of one means (B, S, axes, outputs), in SI units."""
+    shape = (*seen.S.shape, len(corrects))
+    if kind == "titi-guney":
+        return np.ones(shape)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.stack(
+            [np.sqrt(seen.S * seen.variance[c] / seen.variance["position"]) for c in corrects], axis=-1
+        )
+
+
+def correction(corrector: Corrector, seen: Seen) -> dict[str, Array]:
+    """What to add to the estimate of each quantity, (B, S, axes); zero where nothing was measured."""
+    u = inputs_of(corrector.inputs, corrector.count, seen)
+    c = corrector(u.reshape(-1, corrector.count)).reshape(*u.shape[:-1], -1)
+    c = np.where(seen.updated[..., None], c * unit_of(corrector.inputs, corrector.corrects, seen), 0.0)
+    return {name: c[..., k] for k, name in enumerate(corrector.corrects)}
+
+
+def fit_corrector(
+    filter: Any,
+    training: Runs,
+    validation: Runs,
+    *,
+    model: str = "anfis",
+    inputs: str = "titi-guney",
+    count: int = 2,
+    corrects: Sequence[str] = ("position",),
+    seed: int = 0,
+    **settings: Any,
+) -> Corrector:
+    """A corrector of this filter for targets like those of the training runs.
+
+    model "anfis" (settings of :func:`jink.learn.anfis.fit_anfis`), "network" (those of :func:`jink.learn.mlp.fit_network`) or
+    "linear", the weighted sum of the inputs and a constant that both have to beat; inputs and corrects as in
+    :class:`jink.Corrector`; count, how many innovations. Errors: ValueError naming what does not fit.
+    """
+    if inputs == "titi-guney" and count != 2:
+        raise ValueError(f"count: expected 2 inputs for titi-guney, got {count}")
+    pairs = [_pairs(watch(filter, runs), runs, inputs, count, corrects) for runs in (training, validation)]
+    u, y = pairs[0]
+    centre, scale = u.mean(axis=0), np.maximum(u.std(axis=0), 1e-12)
+    output_scale = np.maximum(y.std(axis=0), 1e-12)
+    scaled = [((a - centre) / scale, b / output_scale) for a, b in pairs]
+    if model == "anfis":
+        fitted = fit_anfis(*scaled[0], validation=scaled[1], **settings)
+    elif model == "network":
+        fitted = fit_network(*scaled[0], validation=scaled[1], seed=seed, **settings)
+    elif model == "linear":
+        fitted = fit_anfis(*scaled[0], kind="triangular", functions=1, epochs=0, ridge=1e-9)
+    else:
+        raise ValueError(f"model: expected anfis, network or linear, got {model!r}")
+    low, high = u.min(axis=0), u.max(axis=0)
+    return Corrector(
+        model=fitted, inputs=inputs, low=low.tolist(), high=np.maximum(high, low + 1e-9).tolist(), centre=centre.tolist(),
+        scale=scale.tolist(), output_scale=output_scale.tolist(), corrects=tuple(corrects),
+    )  # fmt: skip
+
+
+def _pairs(seen: Seen, runs: Runs, inputs: str, count: int, corrects: Sequence[str]) -> tuple[Array, Array]:
+    """Inputs (N, count) and wanted corrections (N, outputs) of all scans and axes with a measurement and a truth."""
+    missing = [name for name in corrects if name not in seen.estimate]
+    if missing:
+        raise ValueError(f"corrects: the filter does not estimate {missing[0]}")
+    u, unit = inputs_of(inputs, count, seen), unit_of(inputs, corrects, seen)
+    error = np.stack([getattr(runs, name) - seen.estimate[name] for name in corrects], axis=-1)
+    with np.errstate(invalid="ignore"):
+        y = error / unit
+    good = seen.updated & np.isfinite(y).all(axis=-1)
+    return u[good], y[good]
+
+
+def position_rms(filter: Any, runs: Runs, corrector: Corrector | None = None) -> Array:
+    """RMS error (m) of the position along each axis, over the scans with a measurement, aided or not."""
+    seen = watch(filter, runs)
+    error = seen.estimate["position"] - runs.position
+    if corrector is not None:
+        error = error + correction(corrector, seen)["position"]
+    good = seen.updated & np.isfinite(error)
+    return np.array([np.sqrt(np.mean(error[..., a][good[..., a]] ** 2)) for a in range(runs.axes)])
