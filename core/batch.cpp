@@ -30,12 +30,14 @@ class Runner {
             length[l] = l < used ? in.offsets[b + 1] - in.offsets[b] : 0;
             longest = std::max(longest, length[l]);
         }
-        for (int l = 0; l < used; ++l) check(tracks[l]);
         state.reset(c);
+        suspect = splat_mask<Pack>(false), latest = splat<Pack>(-std::numeric_limits<double>::max());
         if (in.prior_x) begin_at_prior(tracks, used, length);
         total = splat<Pack>(0.0);
         if (smoothing && records.size() < std::size_t(longest)) records.resize(longest);
         for (std::int64_t from = 0; from < longest; from += block) forward(from, int(std::min<std::int64_t>(block, longest - from)));
+        if (any(suspect))
+            for (int l = 0; l < used; ++l) complain(tracks[l]);
         if (smoothing) backward(longest);
         if (out.log_likelihood)
             for (int l = 0; l < used; ++l) out.log_likelihood[tracks[l]] = total[l];
@@ -55,25 +57,30 @@ class Runner {
     Column x, P, mu, likelihood, nis, dof, pit;
     std::vector<Record<Pack>> records;
     std::vector<Pack> members;  // probabilities of the whole set of modes
-    Pack total, xs[largest_state], Ps[packed_size(largest_state)];
+    Mask<Pack> suspect;
+    Pack latest, total, xs[largest_state], Ps[packed_size(largest_state)];
 
-    // Times must not go back within a track, and infinite measurements mean nothing. Reads what gather() reads next.
-    void check(std::int64_t track) const {
+    // Times must not go back within a track, and infinite measurements mean nothing.
+    void look_at(const Scan<Pack> &scan) {
+        const Pack most = splat<Pack>(std::numeric_limits<double>::max());
+        suspect = suspect | (scan.active & inverse((scan.time >= latest) & (scan.time <= most)));
+        for (int r = 0; r < in.columns; ++r) suspect = suspect | (magnitude(scan.z[r]) > most);
+        latest = scan.time;
+    }
+
+    // The row that is wrong, in words.
+    void complain(std::int64_t track) const {
         const std::int64_t from = in.offsets[track], to = in.offsets[track + 1];
-        bool ordered = from == to || std::isfinite(in.time[from]), finite = true;
-        for (std::int64_t k = from + 1; k < to; ++k) ordered &= in.time[k] >= in.time[k - 1];
-        ordered = ordered && (from == to || std::isfinite(in.time[to - 1]));
-        for (std::int64_t k = from * in.columns; k < to * in.columns; ++k) finite &= !(std::fabs(in.z[k]) > 1.7976931348623157e308);
-        if (!ordered)
-            for (std::int64_t k = from; k < to; ++k)
-                if (!std::isfinite(in.time[k]) || (k > from && in.time[k] < in.time[k - 1]))
-                    throw std::invalid_argument("time: row " + std::to_string(k) + " of track " + std::to_string(track) +
-                                                (std::isfinite(in.time[k]) ? " lies before the row before it; rows of a track must be in the order of time"
-                                                                           : " is not a time"));
-        if (!finite)
-            for (std::int64_t k = from * in.columns; k < to * in.columns; ++k)
-                if (std::isinf(in.z[k]))
-                    throw std::invalid_argument("z: row " + std::to_string(k / in.columns) + " is infinite; a missing component is NaN or None");
+        for (std::int64_t k = from; k < to; ++k) {
+            const std::string row = "row " + std::to_string(k);
+            if (!std::isfinite(in.time[k])) throw std::invalid_argument("time: " + row + " of track " + std::to_string(track) + " is not a time");
+            if (k > from && in.time[k] < in.time[k - 1])
+                throw std::invalid_argument("time: " + row + " of track " + std::to_string(track) +
+                                            " lies before the row before it; rows of a track must be in the order of time");
+            for (int r = 0; r < in.columns; ++r)
+                if (std::isinf(in.z[k * in.columns + r]))
+                    throw std::invalid_argument("z: " + row + " is infinite; a missing component is NaN or None");
+        }
     }
 
     void begin_at_prior(const std::int64_t *tracks, int used, const std::int64_t *length) {
@@ -90,6 +97,7 @@ class Runner {
         const int detail = (nis.wanted() ? with_nis : 0) | (pit.wanted() ? with_pit : 0);
         for (int k = 0; k < scans; ++k) {
             rows.read(k, scan, input);
+            look_at(scan);
             const Pack before = state.time;
             const Outcome<Pack> o = step.step(state, scan, detail);
             if (aid.active()) aid(step, state, scan, o);

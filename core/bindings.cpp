@@ -56,13 +56,16 @@ struct Estimate : Snapshot<double> {
     Status status = Status::none;
 };
 
+// A NumPy array of this shape, and where its numbers go. Through numpy.empty itself, which is twice as fast as a capsule of ours.
 template <class... Sizes> nb::object new_array(double *&data, Sizes... sizes) {
-    const std::size_t shape[] = {std::size_t(sizes)...};
-    std::size_t total = 1;
-    for (auto s : shape) total *= s;
-    data = new double[total];
-    nb::capsule owner(data, [](void *p) noexcept { delete[] static_cast<double *>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, double>(data, sizeof...(Sizes), shape, owner), nb::rv_policy::reference);
+    static PyObject *empty = nb::object(nb::module_::import_("numpy").attr("empty")).release().ptr();
+    nb::object shape = nb::make_tuple(sizes...);
+    nb::object array = nb::steal(PyObject_CallOneArg(empty, shape.ptr()));
+    Py_buffer view;
+    if (!array.is_valid() || PyObject_GetBuffer(array.ptr(), &view, PyBUF_WRITABLE) != 0) throw nb::python_error();
+    data = static_cast<double *>(view.buf);
+    PyBuffer_Release(&view);  // the array keeps its memory
+    return array;
 }
 
 // Of every mode of the set, of which a track may run a few.
@@ -114,6 +117,15 @@ void components(nb::handle z, int columns, double *to) {
         }
         if (PyErr_Occurred()) throw nb::python_error();
         return;
+    }
+    Py_buffer view;
+    if (PyObject_GetBuffer(z.ptr(), &view, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) == 0) {  // the usual case, without nanobind's detour
+        const bool doubles = view.format && std::strcmp(view.format, "d") == 0 && view.len == Py_ssize_t(columns * sizeof(double));
+        if (doubles) std::memcpy(to, view.buf, view.len);
+        PyBuffer_Release(&view);
+        if (doubles) return;
+    } else {
+        PyErr_Clear();
     }
     Const array;
     if (!nb::try_cast(z, array)) throw nb::type_error("z: expected numbers, a sequence or an array of floats");
