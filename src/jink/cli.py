@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import sys
-from enum import StrEnum
 from typing import Annotated, Any
 
 try:
     import typer
 except ImportError:
     sys.exit('jink: the command line needs some more packages: pip install "jink[track]"')
+
+from . import options
+from .options import FLAG, AltitudeUnit, Kind, TimeUnit
+from .seeing import Seeing
 
 app = typer.Typer(
     help="Track targets that manoeuvre: from noisy positions to velocity, acceleration, turn rate and the "
@@ -19,33 +22,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-
-class Kind(StrEnum):
-    """What is tracked; it decides the default filter and what counts as a gap."""
-
-    aircraft = "aircraft"
-    fighter = "fighter"
-    vessel = "vessel"
-    vehicle = "vehicle"
-    drone = "drone"
-    person = "person"
-
-
-class AltitudeUnit(StrEnum):
-    """Unit of an altitude whose column name does not say."""
-
-    ft = "ft"
-    m = "m"
-
-
-class TimeUnit(StrEnum):
-    """Unit of numeric times whose column name does not say."""
-
-    s = "s"
-    ms = "ms"
-    us = "us"
-    ns = "ns"
 
 
 def _version(wanted: bool) -> None:
@@ -65,7 +41,6 @@ def root(
     """Track targets that manoeuvre."""
 
 
-Flag: dict[str, Any] = {"metavar": " "}
 OUT, IN, CLEAN = "What comes out", "What goes in", "Cleaning (every step is on unless said otherwise)"
 
 
@@ -95,15 +70,15 @@ def track(
     ] = None,
     json: Annotated[
         bool,
-        typer.Option("--json", rich_help_panel=OUT, help="The summary as JSON on standard output.", **Flag),
+        typer.Option("--json", rich_help_panel=OUT, help="The summary as JSON on standard output.", **FLAG),
     ] = False,
     quiet: Annotated[
-        bool, typer.Option("--quiet", "-q", rich_help_panel=OUT, help="No progress, no summary.", **Flag)
+        bool, typer.Option("--quiet", "-q", rich_help_panel=OUT, help="No progress, no summary.", **FLAG)
     ] = False,
     smooth: Annotated[
         bool,
         typer.Option(
-            "--smooth", "-s", help="Use the whole track for every estimate, not only its past.", **Flag
+            "--smooth", "-s", help="Use the whole track for every estimate, not only its past.", **FLAG
         ),
     ] = False,
     kind: Annotated[
@@ -118,7 +93,7 @@ def track(
         typer.Option(
             "--filter",
             metavar="NAME",
-            help="imm (default), cv, ca, singer, imm-cv-ct, … (a wrong name lists all), or a file written by save().",
+            help="imm (default), cv, ca, singer, … (a wrong name lists all), or a file written by save().",
         ),
     ] = None,
     sensor_sd: Annotated[
@@ -171,13 +146,13 @@ def track(
     no_sort: Annotated[
         bool,
         typer.Option(
-            "--no-sort", rich_help_panel=CLEAN, help="Reject rows out of order instead of sorting.", **Flag
+            "--no-sort", rich_help_panel=CLEAN, help="Reject rows out of order instead of sorting.", **FLAG
         ),
     ] = False,
     keep_duplicates: Annotated[
         bool,
         typer.Option(
-            "--keep-duplicates", rich_help_panel=CLEAN, help="Keep rows whose time occurs twice.", **Flag
+            "--keep-duplicates", rich_help_panel=CLEAN, help="Keep rows whose time occurs twice.", **FLAG
         ),
     ] = False,
     keep_stale: Annotated[
@@ -186,12 +161,12 @@ def track(
             "--keep-stale",
             rich_help_panel=CLEAN,
             help="Believe repeated positions of moving targets.",
-            **Flag,
+            **FLAG,
         ),
     ] = False,
     no_check: Annotated[
         bool,
-        typer.Option("--no-check", rich_help_panel=CLEAN, help="Believe impossible coordinates.", **Flag),
+        typer.Option("--no-check", rich_help_panel=CLEAN, help="Believe impossible coordinates.", **FLAG),
     ] = False,
 ) -> None:
     """Tracks from position reports: clean, estimate the noise, filter or smooth, write estimates.
@@ -239,41 +214,23 @@ def simulate(
     output: Annotated[
         str, typer.Option("--output", "-o", metavar="FILE", help="One table: .parquet .csv .jsonl .arrow")
     ],
-    runs: Annotated[int, typer.Option(metavar="N", help="Monte Carlo runs.")] = 100,
-    seed: Annotated[int, typer.Option(metavar="S", help="The same seed gives the same numbers.")] = 0,
-    sensor: Annotated[
-        str | None,
-        typer.Option(
-            metavar="SENSOR",
-            help="radar-20hz, radar-1hz, radar-4s, radar-12s, or a position noise in metres; "
-            "without: the scenario's own.",
-        ),
-    ] = None,
-    interval: Annotated[float | None, typer.Option(metavar="SECONDS", help="Between scans.")] = None,
-    jitter: Annotated[
-        float | None, typer.Option(metavar="SECONDS", help="Scans are early or late by up to this.")
-    ] = None,
-    detection: Annotated[
-        float | None, typer.Option(metavar="P", help="Probability that a scan sees the target.")
-    ] = None,
-    outliers: Annotated[
-        float | None, typer.Option(metavar="SHARE", help="Share of scans with 20 times the noise.")
-    ] = None,
-    bias: Annotated[
-        str | None, typer.Option(metavar="B1,B2", help="Added to every measurement: m, rad, m/s.")
-    ] = None,
-    kind: Annotated[
-        Kind, typer.Option(metavar="KIND", help="What a recorded file's targets are, as for track.")
-    ] = Kind.aircraft,
-    json: Annotated[bool, typer.Option("--json", help="The summary as JSON.", **Flag)] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No summary.", **Flag)] = False,
+    runs: options.Runs = 100,
+    seed: options.Seed = 0,
+    sensor: options.Sensor = None,
+    interval: options.Interval = None,
+    jitter: options.Jitter = None,
+    detection: options.Detection = None,
+    outliers: options.Outliers = None,
+    bias: options.Bias = None,
+    kind: options.Recorded = Kind.aircraft,
+    json: Annotated[bool, typer.Option("--json", help="The summary as JSON.", **FLAG)] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No summary.", **FLAG)] = False,
 ) -> None:
-    """Measurements and truth of a scenario, as one table that jink track reads as well."""
+    """Measurements and truth of a scenario, as one table that jink track and jink compare read as well."""
     from .simulate_command import SimulateRequest, run_simulate
 
-    request = SimulateRequest(
-        name, runs, seed, output, sensor, interval, jitter, detection, outliers, bias, kind.value, json, quiet
-    )
+    seeing = _seeing(sensor, interval, jitter, detection, outliers, bias)
+    request = SimulateRequest(name, runs, seed, output, seeing, kind.value, json, quiet)
     raise typer.Exit(run_simulate(request))
 
 
@@ -284,7 +241,8 @@ def compare(
         typer.Argument(
             metavar="SCENARIO|FILE",
             show_default=False,
-            help="A scenario (a wrong name lists all), or a file of recorded positions without truth.",
+            help="A scenario (a wrong name lists all), a file that jink simulate wrote, or one of recorded positions: "
+            "without truth, or with sensor options its smoothed tracks are the truth.",
         ),
     ],
     filters: Annotated[
@@ -295,27 +253,51 @@ def compare(
             "measurements, tuned Kalman filters, the default IMM and the clairvoyant bound.",
         ),
     ] = "",
-    runs: Annotated[
-        int, typer.Option(metavar="N", help="Monte Carlo runs, the same for all filters.")
-    ] = 1000,
-    seed: Annotated[int, typer.Option(metavar="S", help="The same seed gives the same numbers.")] = 0,
+    runs: options.Runs = 1000,
+    seed: options.Seed = 0,
     json: Annotated[
         str | None, typer.Option("--json", metavar="FILE", help="All figures as JSON; - for standard output.")
     ] = None,
-    kind: Annotated[
-        Kind, typer.Option(metavar="KIND", help="What a recorded file's targets are, as for track.")
-    ] = Kind.aircraft,
+    report: Annotated[str | None, typer.Option(metavar="FILE", help="One HTML page to look at.")] = None,
+    sensor: options.Sensor = None,
+    interval: options.Interval = None,
+    jitter: options.Jitter = None,
+    detection: options.Detection = None,
+    outliers: options.Outliers = None,
+    bias: options.Bias = None,
+    kind: options.Recorded = Kind.aircraft,
     columns: Annotated[
         list[str] | None,
         typer.Option(metavar="MAP", help="Of a file, name columns yourself: target=hex,time_ms=t"),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No table.", **Flag)] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No table.", **FLAG)] = False,
 ) -> None:
     """A fair race of filters: common random numbers, standard errors, no verdict without an interval."""
     from .compare_command import CompareRequest, run_compare
 
-    request = CompareRequest(scenario, filters, runs, seed, json, kind.value, columns or (), quiet)
+    seeing = _seeing(sensor, interval, jitter, detection, outliers, bias)
+    request = CompareRequest(
+        scenario, filters, runs, seed, json, report, seeing, kind.value, columns or (), quiet
+    )
     raise typer.Exit(run_compare(request))
+
+
+def _seeing(
+    sensor: str | None,
+    interval: float | None,
+    jitter: float | None,
+    detection: float | None,
+    outliers: float | None,
+    bias: str | None,
+) -> Seeing:
+    return Seeing(
+        sensor=sensor,
+        interval=interval,
+        jitter=jitter,
+        detection=detection,
+        outliers=outliers,
+        bias=bias,
+    )
 
 
 def main() -> Any:

@@ -25,7 +25,7 @@ def compare(
     columns: Mapping[str, str] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Race:
-    """Race filters on a scenario (or, without truth, on a file of recorded positions).
+    """Race filters on a scenario, on a file that `jink simulate` wrote, or without truth on one of recorded positions.
 
     scenario a name, a :class:`jink.scenarios.Scenario` or a file; filters names of ``ENTRANTS``, "all", or files
     that ``save`` wrote; raw measurements, tuned Kalman filters, the default IMM and the clairvoyant bound take
@@ -44,7 +44,12 @@ def compare(
         text = os.fspath(scenario)
         if os.path.isfile(text):
             from .race.recorded import race_on_file
+            from .race.truth_file import has_truth, recorded_truth
 
+            if has_truth(text):
+                from .race.simulated import race
+
+                return race(recorded_truth(text, kind, runs, seed), names, runs, seed, progress=progress)
             return race_on_file(text, names, kind=kind, columns=columns, seed=seed, progress=progress)
         if os.sep in text or "." in text:
             raise InputError(f"there is no file {text}")

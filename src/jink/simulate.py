@@ -23,7 +23,8 @@ def simulation_table(simulation: Simulation) -> Any:
     """A polars DataFrame with one row per scan.
 
     target ("run 0"), run, scan (from 1), time (s); the measurement's components (m, degrees, m/s), null where
-    missed; true_x, true_velocity_x, true_acceleration_x, … per axis; input_x, … and input_turn_rate where
+    missed; site_x, … of a radar that is not at the origin;
+    true_x, true_velocity_x, true_acceleration_x, … per axis; input_x, … and input_turn_rate where
     something is commanded.
     """
     import polars as pl
@@ -41,6 +42,9 @@ def simulation_table(simulation: Simulation) -> Any:
     for column, name in enumerate(simulation.scenario.observation.components):
         label, factor = COLUMNS[name]
         columns[label] = pl.Series(simulation.z[..., column].reshape(-1) * factor).fill_nan(None)
+    site = getattr(simulation.scenario.observation.sensor, "site", ())
+    if any(site):
+        columns |= {f"site_{axis}": np.full(B * S, float(p)) for p, axis in zip(site, "xyz", strict=False)}
     for quantity, values in zip(QUANTITIES, simulation.truth, strict=True):
         columns |= {f"{quantity}_{axis}": values[..., a].reshape(-1) for a, axis in _axes(values)}
     if simulation.input is not None and simulation.turn_rate is not None:

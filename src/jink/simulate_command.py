@@ -7,11 +7,12 @@ import sys
 import tempfile
 import time as clock
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from .io.errors import InputError
+from .seeing import Seeing, in_words
 
 
 @dataclass(frozen=True)
@@ -22,12 +23,7 @@ class SimulateRequest:
     runs: int
     seed: int
     output: str
-    sensor: str | None
-    interval: float | None
-    jitter: float | None
-    detection: float | None
-    outliers: float | None
-    bias: str | None
+    seeing: Seeing
     kind: str
     json: bool
     quiet: bool
@@ -66,57 +62,24 @@ def _run(request: SimulateRequest) -> int:
     check_writable(output)
     if output.exists() and Path(request.name).exists() and output.samefile(request.name):
         raise InputError(f"{output} is an input; the output needs another name")
-    scenario = choose(request)
+    scenario = choose(request.name, request.kind, request.seeing)
     rows = _write(scenario, request, output, kind)
     _say(request, scenario, rows, clock.perf_counter() - began)
     return 0
 
 
-def choose(request: SimulateRequest) -> Any:
+def choose(name: str, kind: str, seeing: Seeing) -> Any:
     """The scenario by name, or from a file of recorded tracks, seen as asked. Errors: ValueError."""
     from .scenarios import by_name
 
-    path = Path(request.name)
+    path = Path(name)
     if path.suffix and path.is_file():
         from .scenarios.recorded import recorded
 
-        chosen = recorded(path, kind=request.kind)
-    elif "/" in request.name or path.suffix in (".parquet", ".csv", ".json", ".jsonl", ".arrow"):
-        raise InputError(f"there is no file {request.name}")
-    else:
-        chosen = by_name(request.name)
-    changes: dict[str, Any] = {"detection": request.detection, "outlier_share": request.outliers}
-    changes = {name: value for name, value in changes.items() if value is not None}
-    if request.sensor is not None or request.interval is not None or request.jitter is not None:
-        seen = chosen.observation if request.sensor is None else _sensor(request.sensor)
-        chosen = chosen.seen_by(seen, interval=request.interval, jitter=request.jitter)
-    if request.bias is not None:
-        changes["bias"] = _bias(request.bias)
-    return replace(chosen, observation=replace(chosen.observation, **changes)) if changes else chosen
-
-
-def _sensor(given: str) -> str | float:
-    from .arguments import unknown
-    from .scenarios import RADARS
-
-    if given in RADARS:
-        return given
-    try:
-        sd = float(given)
-    except ValueError:
-        raise InputError(unknown("sensor", given, RADARS) + ", or a position noise in metres") from None
-    if not 0 < sd < float("inf"):
-        raise InputError(f"--sensor is {given}; expected a position noise above 0 m, or a radar's name")
-    return sd
-
-
-def _bias(given: str) -> tuple[float, ...]:
-    try:
-        return tuple(float(item) for item in given.split(","))
-    except ValueError:
-        raise InputError(
-            f"--bias is {given!r}; expected numbers with commas, one per component (m, rad, m/s)"
-        ) from None
+        return seeing.of(recorded(path, kind=kind))
+    if "/" in name or path.suffix in (".parquet", ".csv", ".json", ".jsonl", ".arrow"):
+        raise InputError(f"there is no file {name}")
+    return seeing.of(by_name(name))
 
 
 def _write(scenario: Any, request: SimulateRequest, output: Path, kind: str) -> int:
@@ -169,7 +132,7 @@ def _say(request: SimulateRequest, scenario: Any, rows: int, seconds: float) -> 
         "runs": request.runs,
         "seed": request.seed,
         "rows": rows,
-        "sensor": describe(scenario.observation),
+        "sensor": in_words(scenario),
         "written": [request.output],
         "seconds": seconds,
     }
@@ -178,22 +141,9 @@ def _say(request: SimulateRequest, scenario: Any, rows: int, seconds: float) -> 
     elif not request.quiet:
         sys.stdout.write(
             f"{scenario.name}: {scenario.summary}\n"
-            f"{request.runs:,} runs of {scenario.schedule.count} scans, seed {request.seed}, {done['sensor']}\n"
+            f"{request.runs:,} runs, seed {request.seed}, {done['sensor']}\n"
             f"{rows:,} rows to {request.output} in {seconds:.1f} s\n"
         )
-
-
-def describe(observation: Any) -> str:
-    """A sensor in words: what it is and its noise, in SI units; what makes it worse than that."""
-    sensor = observation.sensor
-    noise = {name: value for name, value in vars(sensor).items() if name.endswith("sd") and value is not None}
-    parts = [f"{name.removesuffix('_sd')} {value}" for name, value in noise.items()]
-    words = f"{type(sensor).__name__.lower()}, sd " + ", ".join(parts).removeprefix("sd ")
-    if observation.detection < 1:
-        words += f", detection {observation.detection:g}"
-    if observation.outlier_share:
-        words += f", {observation.outlier_share:.1%} outliers"
-    return words + (f", bias {tuple(observation.bias)}" if observation.bias else "")
 
 
 def _failed(request: SimulateRequest, message: str, status: int) -> int:

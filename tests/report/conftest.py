@@ -1,10 +1,13 @@
 """Made-up tracks in the schema of `jink.track`: straight legs and turns, noise as the sds say."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
 import pytest
+from browser import FLAGS, Opened, chromium_path
 
 _RADIUS = 6_371_008.8
 
@@ -147,3 +150,47 @@ def tracks() -> Callable[..., pl.DataFrame]:
 def summary() -> dict[str, object]:
     """A summary as the CLI gives it."""
     return dict(SUMMARY)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Headless Chromium. A machine without a browser or playwright skips what needs it, saying so."""
+    sync_api = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is not installed: the page is not opened in a browser"
+    )
+    path = chromium_path()
+    if path is None:
+        pytest.skip(
+            "no Chromium or Chrome found (set JINK_CHROMIUM to its path): the page is not opened in a browser"
+        )
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=path, args=FLAGS)
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def open_page(browser) -> Iterator[Callable[..., Opened]]:
+    """open_page(path): open it and wait until it is drawn."""
+    contexts = []
+
+    def open_it(path: Path, *, size=(1280, 800), anchor="", dark=False) -> Opened:
+        width, height = size
+        context = browser.new_context(
+            viewport={"width": width, "height": height},
+            color_scheme="dark" if dark else "light",
+            reduced_motion="reduce",
+        )
+        contexts.append(context)
+        opened = Opened(context.new_page())
+        opened.page.on("console", lambda m: opened.complaints.append(f"{m.type}: {m.text}"))
+        opened.page.on("pageerror", lambda e: opened.complaints.append(f"error: {e}"))
+        opened.page.on("request", lambda r: opened.requests.append(r.url))
+        opened.page.goto(path.as_uri() + anchor)
+        opened.page.wait_for_selector("html[data-ready]", state="attached", timeout=10_000)
+        opened.page.wait_for_timeout(100)
+        return opened
+
+    yield open_it
+    for context in contexts:
+        context.close()

@@ -1,88 +1,27 @@
 """The page opened in headless Chromium. A machine without a browser or playwright skips this, saying so."""
 
-import os
-import shutil
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from pathlib import Path
 
 import polars as pl
 import pytest
+from browser import Opened
 
 from jink.report import write_report
 
-sync_api = pytest.importorskip(
-    "playwright.sync_api", reason="playwright is not installed: the page is not opened in a browser"
-)
-
-_FLAGS = [
-    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync",
-]  # fmt: skip
-
-
-def chromium_path() -> str | None:
-    """Path of an installed Chromium or Chrome, JINK_CHROMIUM first."""
-    names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
-    return os.environ.get("JINK_CHROMIUM") or next((p for p in map(shutil.which, names) if p), None)
-
-
-@dataclass
-class Opened:
-    """A page and everything it complained about or asked for."""
-
-    page: "sync_api.Page"
-    complaints: list[str] = field(default_factory=list)
-    requests: list[str] = field(default_factory=list)
-
-    def chosen(self) -> str:
-        return self.page.locator("#chosen").inner_text()
-
-    def value(self, panel: str) -> str:
-        return self.page.locator(f'[data-panel="{panel}"]').inner_text()
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator["sync_api.Browser"]:
-    path = chromium_path()
-    if path is None:
-        pytest.skip(
-            "no Chromium or Chrome found (set JINK_CHROMIUM to its path): the page is not opened in a browser"
-        )
-    with sync_api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=path, args=_FLAGS)
-        yield started
-        started.close()
-
 
 @pytest.fixture
-def look(browser, tmp_path: Path) -> Iterator[Callable[..., Opened]]:
+def look(open_page, tmp_path: Path) -> Callable[..., Opened]:
     """look(tracks, summary, **options): write the page, open it, wait until it is drawn."""
-    contexts = []
 
-    def open_page(
+    def write_and_open(
         tracks: pl.DataFrame, summary=None, *, size=(1280, 800), anchor="", dark=False, **options
     ) -> Opened:
         path = tmp_path / "page.html"
         write_report(tracks, path, summary=summary or {}, **options)
-        scheme = "dark" if dark else "light"
-        width, height = size
-        context = browser.new_context(
-            viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce"
-        )
-        contexts.append(context)
-        opened = Opened(context.new_page())
-        opened.page.on("console", lambda m: opened.complaints.append(f"{m.type}: {m.text}"))
-        opened.page.on("pageerror", lambda e: opened.complaints.append(f"error: {e}"))
-        opened.page.on("request", lambda r: opened.requests.append(r.url))
-        opened.page.goto(path.as_uri() + anchor)
-        opened.page.wait_for_selector("html[data-ready]", state="attached", timeout=10_000)
-        opened.page.wait_for_timeout(100)
-        return opened
+        return open_page(path, size=size, anchor=anchor, dark=dark)
 
-    yield open_page
-    for context in contexts:
-        context.close()
+    return write_and_open
 
 
 def click_track(opened: Opened, target: str) -> None:

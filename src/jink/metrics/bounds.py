@@ -9,7 +9,7 @@ from ..arguments import Array
 from ..filters.estimate import Estimate
 from ..filters.kalman import Kalman
 from ..motion import ConstantVelocity
-from ..noise import TwoPoint
+from ..noise import Outliers, TwoPoint
 from ..sensor import Position, Sensor
 from .figure import present
 
@@ -23,13 +23,14 @@ def clairvoyant(
     input: ArrayLike | None = None,
     displacement: ArrayLike | None = None,
     velocity_sd: float = 1e5,
+    outliers: Outliers | None = None,
 ) -> Estimate:
     """The Kalman filter that is told the manoeuvre: x⁻ = F x + G u, constant velocity.
 
     time (runs, scans), z (runs, scans, m), acceleration_sd (m/s²) of the process noise, above 0. What is known is
     input u (runs, scans, axes): acceleration (m/s²) since the scan before, constant meanwhile; or displacement
     (runs, scans, axes, 2): what the manoeuvre added since then to position (m) and velocity (m/s), exact for any
-    motion, for Position sensors. Returns x (runs · scans, 2 axes) and the rest of an estimate.
+    motion, for Position sensors. outliers as for any filter. Returns x (runs · scans, 2 axes) and the rest of an estimate.
     Errors: ValueError for a displacement beside an input or with another sensor.
     Source: the Kalman filter with known input, Bar-Shalom, Li & Kirubarajan 2001, §5.2.
     """
@@ -37,7 +38,10 @@ def clairvoyant(
     runs, scans, columns = z.shape
     times = np.broadcast_to(np.asarray(time, dtype=float), (runs, scans))
     kalman = Kalman(
-        ConstantVelocity(acceleration_sd=acceleration_sd), sensor, initial=TwoPoint(velocity_sd=velocity_sd)
+        ConstantVelocity(acceleration_sd=acceleration_sd),
+        sensor,
+        initial=TwoPoint(velocity_sd=velocity_sd),
+        outliers=outliers,
     )
     known = None if displacement is None else _known_path(np.asarray(displacement, dtype=float), times)
     if known is not None and not (isinstance(sensor, Position) and input is None):

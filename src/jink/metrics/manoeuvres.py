@@ -14,6 +14,7 @@ from .errors import squared
 from .figure import Figure, jackknife, ratio
 
 Bools = NDArray[np.bool_]
+BEFORE, AFTER = 5, 30  # scans around an event
 
 
 def manoeuvring(acceleration: ArrayLike, threshold: float) -> Bools:
@@ -38,7 +39,12 @@ def events(busy: ArrayLike, kind: Literal["onset", "end"]) -> NDArray[np.intp]:
 
 
 def aligned(
-    error: ArrayLike, busy: ArrayLike, kind: Literal["onset", "end"], *, before: int = 5, after: int = 30
+    error: ArrayLike,
+    busy: ArrayLike,
+    kind: Literal["onset", "end"],
+    *,
+    before: int = BEFORE,
+    after: int = AFTER,
 ) -> Array:
     """|e|² (events, before + after) around each event, whose scan is column ``before``.
 
@@ -70,8 +76,8 @@ def response(
     busy: ArrayLike,
     kind: Literal["onset", "end"],
     *,
-    before: int = 5,
-    after: int = 30,
+    before: int = BEFORE,
+    after: int = AFTER,
     tolerance: float = 0.5,
     level: float | None = None,
 ) -> Response:
@@ -98,7 +104,7 @@ def response(
         return float(np.nanmax(c)) if np.isfinite(c).any() else math.nan
 
     def settling(chosen: Array) -> float:
-        return _settling(curve(chosen)[before:], settled)
+        return settling_time(curve(chosen)[before:], settled)
 
     numbers = np.arange(len(square), dtype=float)
     return Response(
@@ -111,7 +117,8 @@ def _mean(values: Array) -> float:
     return float(values[there].mean()) if there.any() else math.nan
 
 
-def _settling(curve: Array, level: float) -> float:
+def settling_time(curve: Array, level: float) -> float:
+    """The first index from which on the curve stays at or below the level; inf if never, NaN without either."""
     known = np.flatnonzero(np.isfinite(curve))
     if not len(known) or not math.isfinite(level):
         return math.nan
@@ -143,6 +150,14 @@ def detection(
     j − onset. False alarms: scans ≥ first that are quiet, and have been for ``grace`` scans, with the probability
     at or above the threshold. Times are in scans. Errors: ValueError for different shapes.
     """
+    sums = noticed(probability, busy, threshold=threshold, grace=grace, first=first)
+    return Detection(*(ratio(*sums[name]) for name in ("detection_delay", "noticed", "false_alarms")))
+
+
+def noticed(
+    probability: ArrayLike, busy: ArrayLike, *, threshold: float = 0.5, grace: int = 10, first: int = 5
+) -> dict[str, tuple[Array, Array]]:
+    """Sum and count of every run, (runs,) each, behind the figures of :func:`detection`."""
     p, b = np.asarray(probability, dtype=float), np.asarray(busy, dtype=bool)
     if p.shape != b.shape or p.ndim != 2:
         raise ValueError(f"probability: expected (runs, scans) as busy, {b.shape}, got {p.shape}")
@@ -150,8 +165,8 @@ def detection(
     found = events(b, "onset")
     column = np.arange(p.shape[1])
     hits = says[found[:, 0]] & (column >= found[:, 1:2]) & (column < found[:, 2:3])
-    noticed = hits.any(axis=1)
-    delay = np.where(noticed, hits.argmax(axis=1) - found[:, 1], 0)
+    seen = hits.any(axis=1)
+    delay = np.where(seen, hits.argmax(axis=1) - found[:, 1], 0)
     runs = len(p)
 
     def per_run(values: ArrayLike) -> Array:
@@ -159,8 +174,8 @@ def detection(
 
     last_busy = np.maximum.accumulate(np.where(b, column, -grace - 1), axis=1)
     quiet = (column - last_busy > grace) & (column >= first) & np.isfinite(p)
-    return Detection(
-        delay=ratio(per_run(delay), per_run(noticed)),
-        noticed=ratio(per_run(noticed), per_run(np.ones(len(found)))),
-        false_alarms=ratio((says & quiet).sum(axis=1).astype(float), quiet.sum(axis=1).astype(float)),
-    )
+    return {
+        "detection_delay": (per_run(delay), per_run(seen)),
+        "noticed": (per_run(seen), per_run(np.ones(len(found)))),
+        "false_alarms": ((says & quiet).sum(axis=1).astype(float), quiet.sum(axis=1).astype(float)),
+    }

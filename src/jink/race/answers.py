@@ -13,7 +13,8 @@ from ..metrics import measured_velocity
 from ..scenarios import Simulation
 from ..sensor import Polar, Position, PositionVelocity
 
-OUTPUTS = ("x", "P", "nis", "nis_dof", "log_likelihood_scan", "status")
+OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "log_likelihood_scan", "status")
+QUIET = "constant_velocity"  # modes of this name do not manoeuvre
 UPDATED, GATED = 1, 3
 
 
@@ -29,7 +30,9 @@ class Block:
 @dataclass(frozen=True)
 class Answer:
     """position, velocity, acceleration (B, S, axes), NaN or None where there is none; nis, nis_dof and
-    log_likelihood (B, S) of the measurements; covariance as independent blocks."""
+    log_likelihood (B, S) of the measurements; covariance as independent blocks; manoeuvring (B, S), the
+    probability that the target manoeuvres; modes by name and their probabilities (B, S, M), of the first axis
+    where filters run along each axis by themselves."""
 
     position: Array
     velocity: Array | None = None
@@ -38,6 +41,9 @@ class Answer:
     nis: Array | None = None
     nis_dof: Array | None = None
     log_likelihood: Array | None = None
+    manoeuvring: Array | None = None
+    modes: tuple[str, ...] = ()
+    probability: Array | None = None
 
 
 def raw(simulation: Simulation) -> Answer:
@@ -102,7 +108,19 @@ def jointly(estimate: Any, simulation: Simulation) -> Answer:
         nis=estimate.nis.reshape(B, S),
         nis_dof=estimate.nis_dof.reshape(B, S),
         log_likelihood=_scored(estimate).reshape(B, S),
+        **_modes(estimate, (B, S)),
     )
+
+
+def _modes(estimate: Any, shape: tuple[int, ...]) -> dict[str, Any]:
+    """Mode probabilities, and that of manoeuvring where some modes do and some do not."""
+    modes = tuple(estimate.modes)
+    if len(modes) < 2:
+        return {}
+    probability = estimate.mode_probability.reshape(*shape, len(modes))
+    quiet = [name.startswith(QUIET) for name in modes]
+    manoeuvring = 1.0 - probability[..., quiet].sum(axis=-1) if any(quiet) and not all(quiet) else None
+    return {"modes": modes, "probability": probability, "manoeuvring": manoeuvring}
 
 
 def _scored(estimate: Any) -> Array:
@@ -123,6 +141,11 @@ def _along_each_axis(filter: Any, simulation: Simulation) -> Answer:
     x = np.moveaxis(estimate.x.reshape(B, axes, S, -1), 1, 2)
     P = estimate.P.reshape(B, axes, S, len(names), len(names))
     rows = {name: getattr(estimate, name).reshape(B, axes, S).sum(axis=1) for name in ("nis", "nis_dof")}
+    rows |= {name: value for name, value in _modes(estimate, (B, axes, S)).items() if value is not None}
+    if "manoeuvring" in rows:
+        rows["manoeuvring"] = 1.0 - np.prod(1.0 - rows["manoeuvring"], axis=1)
+    if "probability" in rows:
+        rows["probability"] = rows["probability"][:, 0]
     return Answer(
         position=x[..., 0],
         velocity=x[..., 1],

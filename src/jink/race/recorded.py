@@ -22,9 +22,11 @@ from ..io.noise_level import noise_levels
 from ..io.placing import Placed, begin_with_height, place
 from ..named import Purpose, Unfit
 from ..noise import Outliers
+from ..seeing import sensor_in_words
 from ..tracking import KINDS, usual_gap
 from .answers import GATED, UPDATED, measured_position
 from .entrants import SUFFIX, Entrant, enter
+from .example import recorded_example
 from .files import from_file
 from .result import Race
 from .tally import Tally, part
@@ -112,6 +114,8 @@ def race_on_file(
         entrants={name: entrants[name] for name in answers},
         tallies={name: _tally(answer, recording, used) for name, answer in answers.items()},
         skipped=skipped,
+        seen=f"{sensor_in_words(recording.sensor)}: noise as estimated from the file",
+        example=recorded_example(recording, {name: entrants[name].filter for name in answers}, answers),
         unit=recording.units,
         metrics=METRICS,
         compared=("prediction_rmse", "prediction_score"),

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..metrics import Comparison, Figure
+from . import manoeuvring
 from .entrants import ALWAYS, Entrant
+from .example import Example
 from .tally import Tally, difference, efficiency
 
 METRICS = (
@@ -27,8 +29,10 @@ METRICS = (
     "prediction_score",
     "estimated",
     "lost",
+    *manoeuvring.METRICS,
     "us_per_update",
 )
+RESPONSES = tuple(name for name in manoeuvring.METRICS if name.startswith(manoeuvring.EVENTS))
 QUANTILES = {"position_median": 0.5, "position_95": 0.95}
 COMPARED = ("position_rmse", "velocity_rmse", "log_score")
 AGAINST = tuple(name for name in ALWAYS if name != "clairvoyant")
@@ -38,8 +42,9 @@ AGAINST = tuple(name for name in ALWAYS if name != "clairvoyant")
 class Race:
     """Who took part and what came of it.
 
-    scenario, its words, runs (finished), asked, seed; entrants and tallies by name; skipped: who could not
-    take part, and why; partial: interrupted before all runs were done.
+    scenario, its words and how it is seen, runs (finished), asked, seed; entrants and tallies by name; skipped: who
+    could not take part, and why; bound: the RMSE (m, m/s) that the posterior Cramér–Rao bound allows a filter that
+    knows the manoeuvres; example: one run to look at; partial: interrupted before all runs were done.
     """
 
     scenario: str
@@ -50,6 +55,9 @@ class Race:
     entrants: dict[str, Entrant]
     tallies: dict[str, Tally]
     skipped: dict[str, str] = field(default_factory=dict)
+    seen: str = ""
+    bound: dict[str, float] = field(default_factory=dict)
+    example: Example | None = None
     unit: str = "runs"
     metrics: tuple[str, ...] = METRICS
     compared: tuple[str, ...] = COMPARED
@@ -66,6 +74,8 @@ class Race:
             return tally.normalised(metric.removeprefix("normalised_"))
         if metric in QUANTILES:
             return tally.quantile(QUANTILES[metric])
+        if metric in RESPONSES:
+            return manoeuvring.figure(tally, metric)
         if metric == "us_per_update":
             return tally.cost()
         if metric.endswith("_efficiency"):
@@ -104,7 +114,9 @@ class Race:
             "scenario": self.scenario,
             "runs": self.runs,
             "seed": self.seed,
+            "seen": self.seen,
             "filters": filters,
+            "bounds": {"posterior_cramer_rao_told_the_manoeuvres": self.bound} if self.bound else {},
             "partial": self.partial,
             "runs_asked": self.asked,
             "unit": self.unit,

@@ -1,11 +1,11 @@
-"""A race on a scenario: common random numbers, in chunks, until all runs are done or it is interrupted."""
+"""A race against the truth: common random numbers, in chunks, until all runs are done or it is interrupted."""
 
 from __future__ import annotations
 
 import copy
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,15 +18,16 @@ from ..noise import Outliers
 from ..references import PRIORS, near_optimal
 from ..scenarios import SCENARIOS, Scenario, Simulation
 from ..sensor import Bearing, Position
+from . import bounds, manoeuvring
 from .answers import Answer, Block, filtered, jointly, per_axis, raw
 from .entrants import SUFFIX, Entrant, enter
+from .example import Example, example
 from .files import from_file
 from .result import Race
+from .source import Source, drawn
 from .tally import Tally, part, scored
 
 CHUNK_ROWS = 25_000  # scans that all filters see before the next ones are simulated
-TRAINING = 1 << 40  # numbers of the training runs begin here: no race reaches them
-TRAINING_ROWS, TRAINING_RUNS = 36_000, 200
 PER_AXIS = ("lee-2003",)  # whose source runs every filter along each axis by itself
 FIRST = 2  # scans before are the start of the track by two points
 LOST = 10.0  # times the position RMSE of the raw measurements, five scans in a row
@@ -34,17 +35,22 @@ LOST = 10.0  # times the position RMSE of the raw measurements, five scans in a 
 
 @dataclass(frozen=True)
 class Field:
-    """What all entrants share: the scenario, what training showed, and the limit (m) of a lost track."""
+    """What all entrants share: the scenario, what training showed, and the limit (m) of a lost track.
+
+    told is what a clairvoyant knows; None, and why not, where that is not exact.
+    """
 
     scenario: Scenario
     purpose: Purpose
     training: Simulation
     lost_beyond: float
     first: int
+    told: bounds.Told | None
+    why: str = ""
 
 
 def race(
-    scenario: Scenario,
+    source: Scenario | Source,
     names: list[str],
     runs: int,
     seed: int,
@@ -53,7 +59,10 @@ def race(
     progress: Callable[[int, int], None] | None = None,
 ) -> Race:
     """See :func:`jink.compare.compare`."""
-    field = prepare(scenario, seed, first)
+    if isinstance(source, Scenario):
+        source = drawn(source, runs, seed)
+    scenario, runs = source.scenario, source.runs
+    field = prepare(source, first)
     entrants: dict[str, Entrant] = {}
     skipped: dict[str, str] = {}
     for name in names:
@@ -62,15 +71,13 @@ def race(
         except Unfit as reason:
             skipped[name] = str(reason)
     tallies = {name: Tally() for name in entrants}
-    done = 0
+    done, shown = 0, None
     try:
-        size = max(1, CHUNK_ROWS // scenario.schedule.count)
-        for simulation in scenario.chunks(runs, seed, size=size):
-            following = copy.deepcopy(
-                tallies
-            )  # all filters have seen the same runs, whenever it is interrupted
-            _one_chunk(simulation, field, entrants, following)
-            tallies, done = following, done + len(simulation.runs)
+        for simulation in source.chunks(max(1, CHUNK_ROWS // scenario.schedule.count)):
+            # all filters have seen the same runs, whenever it is interrupted
+            following = copy.deepcopy(tallies)
+            seen = _one_chunk(simulation, field, entrants, following)
+            tallies, done, shown = following, done + len(simulation.runs), shown or seen
             if progress:
                 progress(done, runs)
     except KeyboardInterrupt:
@@ -79,42 +86,47 @@ def race(
     return Race(
         scenario=scenario.name,
         words=scenario.summary,
+        seen=source.seen,
         runs=done,
         asked=runs,
         seed=seed,
         entrants=entrants,
         tallies=tallies,
         skipped=skipped,
+        bound=bounds.posterior_bound(field.training, field.told, field.first) if field.told else {},
+        example=shown,
     )
 
 
-def prepare(scenario: Scenario, seed: int, first: int) -> Field:
-    """Simulate the training runs and say what filters are made for."""
-    scans = scenario.schedule.count
-    first = min(first, scans - 1)
-    count = int(np.clip(TRAINING_ROWS // scans, 20, TRAINING_RUNS))
-    training = scenario.simulate(np.arange(TRAINING, TRAINING + count), seed)
+def prepare(source: Source, first: int) -> Field:
+    """Say what filters are made for, as the training runs show it."""
+    scenario, training = source.scenario, source.training
+    first = min(first, scenario.schedule.count - 1)
     observation = scenario.observation
-    sensor = observation.sensor
-    if isinstance(sensor, Bearing):
+    if isinstance(observation.sensor, Bearing):
         raise InputError(
             f"{scenario.name}: bearings alone start no track; a race needs a sensor of positions"
         )
-    noise = raw(training).position - training.truth.position[..., : raw(training).position.shape[2]]
+    measured = raw(training).position
+    noise = measured - training.truth.position[..., : measured.shape[2]]
     level = metrics.rmse(noise).value
     purpose = Purpose(
         name=scenario.name,
         kind=scenario.kind,
-        sensor=sensor,
+        sensor=observation.sensor,
         sd=level / noise.shape[2] ** 0.5,
         interval=scenario.schedule.interval,
-        loss=lambda filter: _loss(filter, training, first),
-        fitted=f"{count} training runs",
+        loss=(lambda filter: _loss(filter, training, first)) if source.fitted else None,
+        fitted=source.fitted,
         per_axis=scenario.name in PER_AXIS,
         outliers=Outliers(share=observation.outlier_share) if observation.outlier_share else None,
         recorded=scenario.name not in SCENARIOS,
     )
-    return Field(scenario, purpose, training, LOST * level, first)
+    try:
+        told, why = bounds.told(training), ""
+    except Unfit as reason:
+        told, why = None, str(reason)
+    return Field(scenario, purpose, training, LOST * level, first, told, why)
 
 
 def _loss(filter: Any, training: Simulation, first: int) -> float:
@@ -133,30 +145,18 @@ def _loss(filter: Any, training: Simulation, first: int) -> float:
 def _enter(name: str, field: Field, seed: int, runs: int) -> Entrant:
     if name.endswith(SUFFIX):
         return from_file(name, field.purpose, seed, runs)
+    entrant = enter(name, field.purpose)
     if name == "clairvoyant":
-        _process_noise(field.training)
+        if field.told is None:
+            raise Unfit(field.why)
+        bounds.clairvoyant(field.training, field.told, None)
+        seen = field.scenario.observation
+        loose = "gross outliers or a bias make it no strict bound" if seen.outlier_share or seen.bias else ""
+        words = f"Kalman filter that is {field.told.words}: a lower bound, no filter"
+        return replace(entrant, words=words, note=loose)
     if name == "near-optimal":
         _prior(field.scenario)
-    return enter(name, field.purpose)
-
-
-def _process_noise(training: Simulation) -> float:
-    """Sd (m/s²) of the acceleration that nobody commanded. Errors: Unfit where there is no command or no noise."""
-    if training.input is None or training.turn_rate is None:
-        raise Unfit("the truth is a smooth curve: it has no commanded accelerations that could be known")
-    if np.any(training.turn_rate) and not isinstance(training.scenario.observation.sensor, Position):
-        raise Unfit("a known turn needs a sensor of positions")
-    v, a = training.truth.velocity[:, :-1], training.truth.acceleration[:, :-1].copy()
-    if a.shape[2] > 1:
-        rate = training.turn_rate[:, 1:]
-        a[..., 0] += rate * v[..., 1]
-        a[..., 1] -= rate * v[..., 0]
-    sd = float((a - training.input[:, 1:]).std())
-    if not sd > 1e-6:
-        raise Unfit(
-            "the truth has no noise of its own: knowing its manoeuvres there is nothing left to estimate"
-        )
-    return sd
+    return entrant
 
 
 def _prior(scenario: Scenario) -> tuple[Any, float, float]:
@@ -172,8 +172,10 @@ def _prior(scenario: Scenario) -> tuple[Any, float, float]:
 
 def _one_chunk(
     simulation: Simulation, field: Field, entrants: dict[str, Entrant], tallies: dict[str, Tally]
-) -> None:
-    measured = raw(simulation)
+) -> Example:
+    """Count all filters' answers; what is shown of the first run."""
+    measured, answers = raw(simulation), {}
+    busy = manoeuvring.busy(simulation)
     for name, entrant in entrants.items():
         began = clock.perf_counter()
         answer = _answer(entrant, simulation, field, measured)
@@ -182,6 +184,11 @@ def _one_chunk(
         if name != "raw":
             tally.costs.append((seconds, simulation.time.size))
         _count(tally, answer, simulation, field, measured)
+        error = answer.position - simulation.truth.position[..., : answer.position.shape[2]]
+        error[:, : field.first] = np.nan
+        manoeuvring.count(tally, simulation.runs, error, answer.manoeuvring, busy)
+        answers[name] = answer
+    return example(simulation, answers, busy)
 
 
 def _answer(entrant: Entrant, simulation: Simulation, field: Field, measured: Answer) -> Answer:
@@ -190,21 +197,10 @@ def _answer(entrant: Entrant, simulation: Simulation, field: Field, measured: An
     if entrant.name == "raw":
         return measured
     if entrant.name == "clairvoyant":
-        return jointly(_told(simulation, _process_noise(field.training)), simulation)
+        assert field.told is not None
+        return jointly(bounds.clairvoyant(simulation, field.told, field.purpose.outliers), simulation)
     prior, sd, T = _prior(simulation.scenario)
     return _reference(near_optimal(simulation.z, prior, sd=sd, T=T))
-
-
-def _told(simulation: Simulation, sd: float) -> Any:
-    """The clairvoyant filter's estimate: accelerations as input, turns as known displacements."""
-    sensor, u, rate = simulation.scenario.observation.sensor, simulation.input, simulation.turn_rate
-    assert u is not None and rate is not None
-    known: dict[str, Any] = {"input": u}
-    if np.any(rate):
-        T = np.diff(simulation.time, axis=1, prepend=simulation.time[:, :1])[..., None]
-        displacement = metrics.turn_displacement(simulation.truth.velocity, rate, simulation.time)
-        known = {"displacement": displacement + np.stack([T * T / 2 * u, T * u], axis=-1)}
-    return metrics.clairvoyant(simulation.time, simulation.z, sensor=sensor, acceleration_sd=sd, **known)
 
 
 def _reference(reference: Any) -> Answer:
@@ -233,12 +229,16 @@ def _count(tally: Tally, answer: Answer, simulation: Simulation, field: Field, m
     if answer is not measured:
         tally.add(runs, "lost", gone, np.ones(len(runs)))
     tally.add_curve(runs, "runs", np.ones((len(runs), 1)))
-    for quantity in ("position", "velocity"):
-        square = values[f"{quantity}_rmse"]
+    for quantity in ("position", "velocity", "acceleration"):
+        square = values.get(f"{quantity}_rmse")
+        if square is None:
+            continue
         there = np.isfinite(square)
         tally.add_curve(runs, f"{quantity}_square", np.where(there, square, 0.0))
         tally.add_curve(runs, f"{quantity}_there", there.astype(float))
         seen, true = getattr(measured, quantity), getattr(truth, quantity)
+        if seen is None:
+            continue
         noise = ((seen - true[..., : seen.shape[2]]) ** 2).sum(axis=2)[:, first:]
         both = np.isfinite(square) & np.isfinite(noise)
         tally.add_curve(runs, f"{quantity}_error", np.where(both, square, 0.0))

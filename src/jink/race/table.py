@@ -1,4 +1,4 @@
-"""The race as a table for people: figures ± standard errors, and what the intervals allow to be said."""
+"""The race as tables for people: figures ± standard errors, and what the intervals allow to be said."""
 
 from __future__ import annotations
 
@@ -25,7 +25,20 @@ COLUMNS = {
     "position_efficiency": "efficiency",
     "us_per_update": "µs",
 }
+AROUND = {
+    "mean_euclidean": "mean |e| m",
+    "onset_peak": "onset peak m",
+    "onset_settling": "settles scans",
+    "end_peak": "end peak m",
+    "end_settling": "settles scans ",
+    "noticed": "noticed",
+    "detection_delay": "delay scans",
+    "false_alarms": "false alarms",
+    "log_score": "ln p(truth)",
+    "prediction_score": "ln p(next z)",
+}
 WIDE = 130  # columns of a terminal that shows everything
+SHARES = ("nees_inside", "nis_inside", "lost", "gated", "noticed", "false_alarms")
 ONLY_WIDE = (
     "position_median",
     "position_95",
@@ -57,15 +70,37 @@ def show(race: Race) -> None:
         known = "dim" if name in ("raw", "clairvoyant", "near-optimal") else ""
         style = "red" if race.worse_than_raw(name) else known
         table.add_row(label(race, name), *(written(c, figures[name].get(c)) for c in columns), style=style)
+    if race.bound:
+        table.add_row(
+            "PCRB", *(f"{race.bound[c]:.4g}" if c in race.bound else "" for c in columns), style="dim"
+        )
     console.print(Text(heading(race), style="bold"))
     console.print(table)
+    if race.unit == "runs" and console.width >= WIDE:
+        console.print(_around(race, figures))
     for line in remarks(race):
         console.print(Text(line))
+
+
+def _around(race: Race, figures: dict[str, dict[str, Figure]]) -> Any:
+    """The second table: what manoeuvres do, how they are noticed, scores."""
+    from rich.table import Table
+
+    columns = [c for c in AROUND if any(c in found for found in figures.values())]
+    table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold", pad_edge=False)
+    table.add_column("manoeuvres, scores", no_wrap=True)
+    for column in columns:
+        table.add_column(AROUND[column].strip(), justify="right", no_wrap=True)
+    for name in ordered(race):
+        table.add_row(label(race, name), *(written(c, figures[name].get(c)) for c in columns))
+    return table
 
 
 def heading(race: Race) -> str:
     """What was run."""
     text = f"{race.scenario}: {race.words}; {race.runs:,} {race.unit}, seed {race.seed}"
+    if race.seen:
+        text += f"\nseen by {race.seen}"
     return (
         f"{text}\nPARTIAL: interrupted after {race.runs:,} of {race.asked:,} {race.unit}"
         if race.partial
@@ -89,10 +124,14 @@ def written(metric: str, figure: Figure | None) -> str:
     """A value with its standard error, to the digits that the error leaves."""
     if figure is None or math.isnan(figure.value):
         return "–"
-    if metric in ("nees_inside", "nis_inside", "lost", "gated"):
+    if math.isinf(figure.value):
+        return "never"
+    if metric in SHARES:
         return f"{100 * figure.value:.1f}%"
     if metric == "us_per_update":
         return f"{figure.value:.2f}"
+    if metric.endswith("_settling"):
+        return f"{figure.value:.0f}" + (f" ±{figure.se:.0f}" if figure.se >= 0.5 else "")
     digits = 3
     if figure.se > 0:
         digits = min(max(-math.floor(math.log10(figure.se)), 0), 6)
@@ -103,6 +142,8 @@ def written(metric: str, figure: Figure | None) -> str:
 def remarks(race: Race) -> list[str]:
     """Footnotes: verdicts, what was fitted on what, who is missing."""
     lines = ["value ± standard error; in: share inside the 95% χ² band (95% when consistent)"]
+    if race.bound:
+        lines.append("PCRB: posterior Cramér–Rao bound for filters that know the manoeuvres")
     for name in race.tallies:
         said = verdicts(race, name)
         if said:

@@ -84,13 +84,14 @@ def inside(square: Array, dof: Array) -> Array:
 @dataclass
 class Tally:
     """Sums of one filter: `totals` and `counts` (groups,) by metric; `curves` (groups, scans) for what is
-    averaged scan by scan."""
+    averaged scan by scan; `responses` (JACKKNIFE, scans around an event) after manoeuvre onsets and ends."""
 
     groups: int = GROUPS
     scan_groups: int = SCAN_GROUPS
     totals: dict[str, Array] = field(default_factory=dict)
     counts: dict[str, Array] = field(default_factory=dict)
     curves: dict[str, Array] = field(default_factory=dict)
+    responses: dict[str, Array] = field(default_factory=dict)
     bins: Array = field(default_factory=lambda: np.zeros((JACKKNIFE, BINS)))
     costs: list[tuple[float, int]] = field(default_factory=list)
     runs: Array = field(default_factory=lambda: np.zeros(0))
@@ -125,7 +126,7 @@ class Tally:
         return jackknife(lambda bins: _quantile(bins.sum(axis=0), q), used, groups=JACKKNIFE)
 
     def over_time(self, quantity: str) -> tuple[Array, Array]:
-        """RMSE of position or velocity in every scan that counts, and its standard error; both (scans,)."""
+        """RMSE of position, velocity or acceleration in every scan that counts, and its standard error; both (scans,)."""
         square, count = (self.curves[f"{quantity}_{each}"] for each in ("square", "there"))
         kept = self.curves["runs"][:, 0] > 0
         columns = zip(square[kept].T, count[kept].T, strict=True)

@@ -87,7 +87,7 @@ class Observation:
         """z (B, S, m) of kinematics (B, S, axes); NaN where the target was missed."""
         z = exact(self.sensor, truth)
         scans, m = z.shape[1:]
-        noise = Draws(seed, runs, "noise").normal(scans, m) @ _factor(self.sensor).T
+        noise = Draws(seed, runs, "noise").normal(scans, m) @ noise_factor(self.sensor).T
         if self.outlier_share:
             gross = Draws(seed, runs, "outliers").uniform(0, 1, scans) < self.outlier_share
             noise *= np.where(gross, self.outlier_scale, 1.0)[..., None]
@@ -136,7 +136,7 @@ def _in_axes(values: Array, axes: int) -> Array:
     )
 
 
-def _factor(sensor: Sensor) -> Array:
+def noise_factor(sensor: Sensor) -> Array:
     """L with L Lᵀ = R."""
     m, noise, correlated = len(sensor.components), sensor.native()[9], sensor.native()[6]
     if not correlated:
