@@ -39,7 +39,7 @@ class Race:
     """Who took part and what came of it.
 
     scenario, its words, runs (finished), asked, seed; entrants and tallies by name; skipped: who could not
-    take part, and why; partial: interrupted before all runs were done.
+    take part, and why; partial: interrupted before all runs were done; skipped_scans: those at the start that do not count.
     """
 
     scenario: str
@@ -51,6 +51,7 @@ class Race:
     tallies: dict[str, Tally]
     skipped: dict[str, str] = field(default_factory=dict)
     unit: str = "runs"
+    skipped_scans: int = 0
     metrics: tuple[str, ...] = METRICS
     compared: tuple[str, ...] = COMPARED
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from .. import metrics
 from ..arguments import Array
 from ..io.errors import InputError
-from ..named import Purpose, Unfit
+from ..named import Named, Purpose, Unfit
 from ..noise import Outliers
 from ..references import PRIORS, near_optimal
 from ..scenarios import SCENARIOS, Scenario, Simulation
@@ -50,15 +50,19 @@ def race(
     seed: int,
     *,
     first: int = FIRST,
+    more: Mapping[str, Callable[[Purpose], Named]] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Race:
-    """See :func:`jink.compare.compare`."""
+    """See :func:`jink.compare.compare`; more: filters beside ``FILTERS``, made as those are."""
     field = prepare(scenario, seed, first)
     entrants: dict[str, Entrant] = {}
     skipped: dict[str, str] = {}
-    for name in names:
+    for name in dict.fromkeys([*names, *(more or {})]):
         try:
-            entrants[name] = _enter(name, field, seed, runs)
+            if more and name in more:
+                entrants[name] = Entrant(name=name, **vars(more[name](field.purpose)))
+            else:
+                entrants[name] = _enter(name, field, seed, runs)
         except Unfit as reason:
             skipped[name] = str(reason)
     tallies = {name: Tally() for name in entrants}
@@ -85,6 +89,7 @@ def race(
         entrants=entrants,
         tallies=tallies,
         skipped=skipped,
+        skipped_scans=field.first,
     )
 
 
@@ -233,11 +238,15 @@ def _count(tally: Tally, answer: Answer, simulation: Simulation, field: Field, m
     if answer is not measured:
         tally.add(runs, "lost", gone, np.ones(len(runs)))
     tally.add_curve(runs, "runs", np.ones((len(runs), 1)))
-    for quantity in ("position", "velocity"):
-        square = values[f"{quantity}_rmse"]
+    for quantity in ("position", "velocity", "acceleration"):
+        square = values.get(f"{quantity}_rmse")
+        if square is None:
+            continue
         there = np.isfinite(square)
         tally.add_curve(runs, f"{quantity}_square", np.where(there, square, 0.0))
         tally.add_curve(runs, f"{quantity}_there", there.astype(float))
+        if quantity == "acceleration":  # which nobody measures
+            continue
         seen, true = getattr(measured, quantity), getattr(truth, quantity)
         noise = ((seen - true[..., : seen.shape[2]]) ** 2).sum(axis=2)[:, first:]
         both = np.isfinite(square) & np.isfinite(noise)

@@ -125,7 +125,7 @@ class Tally:
         return jackknife(lambda bins: _quantile(bins.sum(axis=0), q), used, groups=JACKKNIFE)
 
     def over_time(self, quantity: str) -> tuple[Array, Array]:
-        """RMSE of position or velocity in every scan that counts, and its standard error; both (scans,)."""
+        """RMSE of position, velocity or acceleration in every scan that counts, and its standard error; both (scans,)."""
         square, count = (self.curves[f"{quantity}_{each}"] for each in ("square", "there"))
         kept = self.curves["runs"][:, 0] > 0
         columns = zip(square[kept].T, count[kept].T, strict=True)
@@ -133,6 +133,12 @@ class Tally:
         value = np.sqrt([each for each, _ in found])
         with np.errstate(invalid="ignore", divide="ignore"):
             return value, np.array([spread(influence) for _, influence in found]) / (2 * value)
+
+    def normalised_over_time(self, quantity: str) -> Array:
+        """RMS error of position or velocity over that of the measurements in every scan that counts, (scans,)."""
+        error, noise = (self.curves[f"{quantity}_{each}"].sum(axis=0) for each in ("error", "noise"))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.sqrt(error / noise)
 
     def influence(self, name: str) -> tuple[float, Array]:
         """The figure and each group's influence on it, (groups that had a run,)."""
