@@ -300,6 +300,35 @@ def _seeing(
     )
 
 
+@app.command()
+def reproduce(
+    paper: Annotated[
+        str,
+        typer.Argument(
+            metavar="PAPER",
+            show_default=False,
+            help="lee-2003, lee-2002, wang-2010, choi-2001, titi-guney, or all.",
+        ),
+    ],
+    runs: Annotated[
+        int | None, typer.Option(metavar="N", help="Monte Carlo runs; without: the paper's own number here.")
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="S", help="The same seed gives the same numbers.")] = 0,
+    json: Annotated[
+        str | None, typer.Option("--json", metavar="FILE", help="All figures as JSON; - for standard output.")
+    ] = None,
+    report: Annotated[
+        str | None, typer.Option(metavar="FILE", help="One HTML page with the paper's figures redrawn.")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="A tenth of the runs or so.", **FLAG)] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No tables.", **FLAG)] = False,
+) -> None:
+    """A paper's figures beside those measured here, with standard errors and the baselines that it left out."""
+    from .reproduce_command import ReproduceRequest, run_reproduce
+
+    raise typer.Exit(run_reproduce(ReproduceRequest(paper, runs, seed, json, report, quick, quiet)))
+
+
 def main() -> Any:
     """Entry point of the console script."""
     return app()

@@ -154,7 +154,7 @@ def genetic(
     class Genetic:
         def __init__(self) -> None:
             self.algorithm = GA(
-                pop_size=population, sampling=Draw(), crossover=Cross(), mutation=Mutate(),
+                pop_size=population, sampling=Draw(), crossover=Cross(), mutation=Mutate(),  # pyright: ignore[reportArgumentType]
                 selection=TournamentSelection(func_comp=better), eliminate_duplicates=False,
             )  # fmt: skip
             problem = Problem(n_var=chromosome.genes, n_obj=1, xl=0.0, xu=1.0)

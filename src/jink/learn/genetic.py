@@ -122,7 +122,11 @@ def training_runs(
         command[:, scans // 3 : 2 * scans // 3, 0] = acceleration * sign[:, None]
         noise = process_sd * draws.normal(scans, 1)
         return Legs(
-            np.arange(scans)[None, :] * 1.0, np.zeros((1, 1)), np.full((1, 1), 15.0), command, noise=noise
+            np.arange(scans, dtype=np.float64)[None, :],
+            np.zeros((1, 1)),
+            np.full((1, 1), 15.0),
+            command,
+            noise=noise,
         )
 
     return from_scenario(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -21,7 +22,7 @@ def kalman_cv(purpose: Purpose) -> Named:
         purpose,
         lambda q: ConstantVelocity(acceleration_psd=q),
         lambda q: f"constant velocity, acceleration_psd {q:.3g} m²/s³",
-        purpose.sd**2 / purpose.interval**3,
+        3,
     )
 
 
@@ -35,7 +36,7 @@ def kalman_ca(purpose: Purpose) -> Named:
         purpose,
         lambda q: ConstantAcceleration(jerk_psd=q, acceleration_prior_sd=a),
         lambda q: f"constant acceleration, jerk_psd {q:.3g} m²/s⁵",
-        purpose.sd**2 / purpose.interval**5,
+        5,
     )
 
 
@@ -55,10 +56,14 @@ def _made(purpose: Purpose, motion: Motion) -> Kalman:
 
 
 def _tuned(
-    purpose: Purpose, motion: Callable[[float], Any], words: Callable[[float], str], scale: float
+    purpose: Purpose, motion: Callable[[float], Any], words: Callable[[float], str], power: int
 ) -> Named:
-    """The noise between 1e-8 and 1e4 of the scale with the least loss."""
+    """The noise between 1e-8 and 1e4 of sd²/T^power with the least loss; scans quicker than one a second do not raise
+    the lower end, since targets do not manoeuvre more quickly for being seen more often.
+    """
     loss = purpose.loss
     assert loss is not None
-    noise = best_noise(lambda q: loss(_made(purpose, motion(q))), 1e-8 * scale, 1e4 * scale)
+    low, high = (purpose.sd**2 / T**power for T in (max(purpose.interval, 1.0), purpose.interval))
+    looks = 10 + round(math.log(high / low) / math.log(20.0))
+    noise = best_noise(lambda q: loss(_made(purpose, motion(q))), 1e-8 * low, 1e4 * high, looks=looks)
     return _kalman(purpose, motion(noise), words(noise), purpose.fitted)

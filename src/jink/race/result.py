@@ -44,7 +44,8 @@ class Race:
 
     scenario, its words and how it is seen, runs (finished), asked, seed; entrants and tallies by name; skipped: who
     could not take part, and why; bound: the RMSE (m, m/s) that the posterior Cramér–Rao bound allows a filter that
-    knows the manoeuvres; example: one run to look at; partial: interrupted before all runs were done.
+    knows the manoeuvres; example: one run to look at; partial: interrupted before all runs were done; skipped_scans:
+    those at the start that do not count.
     """
 
     scenario: str
@@ -59,6 +60,7 @@ class Race:
     bound: dict[str, float] = field(default_factory=dict)
     example: Example | None = None
     unit: str = "runs"
+    skipped_scans: int = 0
     metrics: tuple[str, ...] = METRICS
     compared: tuple[str, ...] = COMPARED
 

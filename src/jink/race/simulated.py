@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from .. import metrics
 from ..arguments import Array
 from ..io.errors import InputError
-from ..named import Purpose, Unfit
+from ..named import Named, Purpose, Unfit
 from ..noise import Outliers
 from ..references import PRIORS, near_optimal
 from ..scenarios import SCENARIOS, Scenario, Simulation
@@ -56,18 +56,23 @@ def race(
     seed: int,
     *,
     first: int = FIRST,
+    more: Mapping[str, Callable[[Purpose], Named]] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Race:
-    """See :func:`jink.compare.compare`."""
+    """See :func:`jink.compare.compare`; more: filters beside ``FILTERS``, made as those are."""
     if isinstance(source, Scenario):
         source = drawn(source, runs, seed)
     scenario, runs = source.scenario, source.runs
     field = prepare(source, first)
     entrants: dict[str, Entrant] = {}
     skipped: dict[str, str] = {}
-    for name in names:
+    entering: list[str] = [*names, *(name for name in more or {} if name not in names)]
+    for name in entering:
         try:
-            entrants[name] = _enter(name, field, seed, runs)
+            if more and name in more:
+                entrants[name] = Entrant(name=name, **vars(more[name](field.purpose)))
+            else:
+                entrants[name] = _enter(name, field, seed, runs)
         except Unfit as reason:
             skipped[name] = str(reason)
     tallies = {name: Tally() for name in entrants}
@@ -95,6 +100,7 @@ def race(
         skipped=skipped,
         bound=bounds.posterior_bound(field.training, field.told, field.first) if field.told else {},
         example=shown,
+        skipped_scans=field.first,
     )
 
 
@@ -236,6 +242,8 @@ def _count(tally: Tally, answer: Answer, simulation: Simulation, field: Field, m
         there = np.isfinite(square)
         tally.add_curve(runs, f"{quantity}_square", np.where(there, square, 0.0))
         tally.add_curve(runs, f"{quantity}_there", there.astype(float))
+        if quantity == "acceleration":  # which nobody measures
+            continue
         seen, true = getattr(measured, quantity), getattr(truth, quantity)
         if seen is None:
             continue

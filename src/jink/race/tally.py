@@ -135,6 +135,12 @@ class Tally:
         with np.errstate(invalid="ignore", divide="ignore"):
             return value, np.array([spread(influence) for _, influence in found]) / (2 * value)
 
+    def normalised_over_time(self, quantity: str) -> Array:
+        """RMS error of position or velocity over that of the measurements in every scan that counts, (scans,)."""
+        error, noise = (self.curves[f"{quantity}_{each}"].sum(axis=0) for each in ("error", "noise"))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.sqrt(error / noise)
+
     def influence(self, name: str) -> tuple[float, Array]:
         """The figure and each group's influence on it, (groups that had a run,)."""
         if name not in self.totals:

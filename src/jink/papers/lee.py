@@ -1,0 +1,164 @@
+"""What the two papers of Lee, Joo & Park have in common: target, filters, error measure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from ..filters.adaptive_imm import AugmentedAcceleration, TwoStageAcceleration, aimm
+from ..filters.fuzzy_imm import fuzzy_imm
+from ..filters.imm import IMM
+from ..filters.kalman import Kalman
+from ..fuzzy import PUBLISHED
+from ..motion import ConstantVelocity
+from ..named import Named, Purpose
+from ..race import Race
+from ..scenarios import SCENARIOS
+from .drawing import Chart, Drawing, Line, Surface
+from .paper import Experiment, named, of_race
+
+POSITION = of_race("normalised_position", "ζp")
+VELOCITY = of_race("normalised_velocity", "ζv")
+NOISE, BIAS, BIAS_PRIOR = (
+    1.0,
+    10.0,
+    float(np.sqrt(1e3)),
+)  # m/s²: process noise, bias noise, √Pa0 (Pa0 = 1e-3 km²/s⁴)
+NAMES = ("aimm3", "aimm5", "fuzzy-imm")
+
+
+def adaptive(
+    name: str, levels: list[float], estimator: type[AugmentedAcceleration]
+) -> Callable[[Purpose], Named]:
+    """An adaptive IMM with these levels (m/s²) around the acceleration that such an estimator finds."""
+
+    def make(purpose: Purpose) -> Named:
+        beside = estimator(acceleration_sd=NOISE, bias_sd=BIAS, bias_prior_sd=BIAS_PRIOR)
+        filter = aimm(levels, purpose.seen, 0.97, acceleration_sd=NOISE, estimator=beside)
+        what = "two-stage" if isinstance(beside, TwoStageAcceleration) else "augmented"
+        return named(f"adaptive IMM, levels {', '.join(f'{v:g}' for v in levels)} m/s², {what}", filter)
+
+    return make
+
+
+def alone(name: str, estimator: type[AugmentedAcceleration]) -> Callable[[Purpose], Named]:
+    """The acceleration estimator's own output."""
+
+    def make(purpose: Purpose) -> Named:
+        motion = estimator(acceleration_sd=NOISE, bias_sd=BIAS, bias_prior_sd=BIAS_PRIOR)
+        return named(f"{motion.name} by itself", Kalman(motion, purpose.seen))  # type: ignore[arg-type]
+
+    return make
+
+
+def published_rules(purpose: Purpose) -> Named:
+    """The fuzzy IMM with the rule tables of lee-2003."""
+    return named("fuzzy IMM, rules of tables 2.1 to 2.3", fuzzy_imm(purpose.seen, "lee-2003", 0.97))
+
+
+def constants(purpose: Purpose) -> Named:
+    """The same IMM with three constant noises: the lower ends of equation 15, 0.5 (a_M + √q)."""
+    sds = [0.5 * (u + NOISE) for u in (1.0, 10.0, 100.0)]
+    filter = IMM(
+        [ConstantVelocity(acceleration_sd=sd) for sd in sds],
+        purpose.seen,
+        transition=0.97,
+        mode_probability=[0.6, 0.2, 0.2],
+    )
+    return named(f"IMM of constant noises, sd {', '.join(f'{s:g}' for s in sds)} m/s²", filter)
+
+
+def experiment(published: Mapping[tuple[str, str], float]) -> Experiment:
+    """The one experiment of both papers."""
+    return Experiment(
+        name="three manoeuvres",
+        words="x +10 m/s² in scans 40–60, y +60 in 80–90, x −30 in 120–140",
+        scenario=SCENARIOS["lee-2003"],
+        filters={
+            "aimm3": adaptive("aimm3", [-40.0, 0.0, 40.0], TwoStageAcceleration),
+            "aimm5": adaptive("aimm5", [-40.0, -20.0, 0.0, 20.0, 40.0], TwoStageAcceleration),
+            "fuzzy-imm": published_rules,
+            "aimm3-augmented": adaptive("aimm3-augmented", [-40.0, 0.0, 40.0], AugmentedAcceleration),
+            "constants": constants,
+            "two-stage": alone("two-stage", TwoStageAcceleration),
+            "augmented": alone("augmented", AugmentedAcceleration),
+        },
+        metrics=(POSITION, VELOCITY),
+        published=published,
+        baselines=("raw", "kalman-cv", "kalman-ca", "imm", "imm-cv-ca", "clairvoyant"),
+    )
+
+
+def published(
+    aimm3: tuple[float, float], aimm5: tuple[float, float], fuzzy: tuple[float, float]
+) -> dict[tuple[str, str], float]:
+    """ζp and ζv of a table by filter and metric."""
+    rows = zip(NAMES, (aimm3, aimm5, fuzzy), strict=True)
+    return {
+        (name, metric.name): value
+        for name, pair in rows
+        for metric, value in zip((POSITION, VELOCITY), pair, strict=True)
+    }
+
+
+def draw(races: Mapping[str, Race]) -> list[Drawing]:
+    """Figures 3 and 4, and the noise that the rules of tables 2.1 to 2.3 call for."""
+    race = next(iter(races.values()))
+    scenario = SCENARIOS["lee-2003"]
+    truth = scenario.simulate(1).truth
+    command = scenario.simulate(1).input
+    assert command is not None
+    scans = np.arange(1, 181)
+    out: list[Drawing] = [
+        Chart(
+            title="Figure 3: the target's accelerations",
+            x="scan",
+            y="m/s²",
+            lines=[
+                Line(a, np.repeat(scans, 2)[1:], np.repeat(command[0, :, k], 2)[:-1])
+                for k, a in enumerate("xy")
+            ],
+        ),
+        Chart(
+            title="Figure 3: its track (one run)",
+            x="x km",
+            y="y km",
+            lines=[Line("", truth.position[0, :, 0] / 1000, truth.position[0, :, 1] / 1000)],
+            square=True,
+        ),
+    ]
+    shaded = [(40, 60), (80, 90), (120, 140)]
+    for quantity in ("position", "velocity"):
+        lines = []
+        for name in (*NAMES, "kalman-cv"):
+            value = race.tallies[name].normalised_over_time(quantity)
+            lines.append(Line(name, scans[race.skipped_scans :], value, faint=name not in NAMES))
+        out.append(
+            Chart(title=f"Figure 4: normalised {quantity} error", x="scan", y="", lines=lines, shaded=shaded)
+        )
+    for k, (rules, u) in enumerate(zip(PUBLISHED["lee-2003"], (1, 10, 100), strict=True), start=1):
+        grid, sd = rules.surface(3000.0)
+        out.append(
+            Surface(
+                title=f"Table 2.{k}: noise sd that the rules for {u} m/s² call for",
+                x="residual km",
+                y="its change km",
+                grid_x=grid / 1000,
+                grid_y=grid / 1000,
+                values=sd,
+                unit="m/s²",
+            )
+        )
+    return out
+
+
+READINGS = (
+    "Number of scans, the windows' ends and Pa0 are not stated: 180 scans, ends inclusive, Pa0 = 1e-3 km²/s⁴.",
+    "Every filter runs along each axis by itself, mode probabilities included; ε is in km/s², the rules' outputs are variances and their "
+    "residuals in km; start by two points.",
+    "Normalised error: RMS error over the measurements' in every scan, axes pooled, averaged over scans 3 to 180; the measured velocity is "
+    "the difference of two positions.",
+    "The two-stage estimator's 0.01 and 0.001 km/s² are standard deviations per scan. Its printed S(k) = H U(k−1) is read as H U(k).",
+    "Δr is 0 at the first update; firing strengths are taken in logarithms, where the printed quotient is 0/0 far from every rule.",
+)

@@ -1,0 +1,166 @@
+"""What a paper is here: its experiments with their published figures, and what it leaves open."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..metrics import Figure
+from ..named import Named, Purpose
+from ..race import Race
+from ..race.tally import NAN, efficiency
+from ..scenarios import Scenario, Simulation
+from .drawing import Drawing
+
+BASELINES = ("raw", "kalman-cv", "kalman-ca", "imm")
+TIMED_RUNS, ROUNDS = 200, 15  # of a comparison of run times
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A figure of merit: name in the JSON, words with the unit for people, and how it is read off a race."""
+
+    name: str
+    words: str
+    measure: Callable[[Race, str], Figure]
+
+
+def of_race(name: str, words: str) -> Metric:
+    """A metric that the race itself has (see :data:`jink.race.result.METRICS`)."""
+    return Metric(name, words, lambda race, filter: race.figure(filter, name))
+
+
+POSITION = of_race("position_rmse", "position m")
+VELOCITY = of_race("velocity_rmse", "velocity m/s")
+ACCELERATION = of_race("acceleration_rmse", "accel. m/s²")
+
+
+def peak(name: str, words: str, begin: int, end: int) -> Metric:
+    """The largest position RMSE (m) of the scans begin … end − 1, counted from 1, and its standard error."""
+
+    def measure(race: Race, filter: str) -> Figure:
+        value, se = race.tallies[filter].over_time("position")
+        skipped = race.skipped_scans
+        scans = slice(begin - 1 - skipped, end - 1 - skipped)
+        k = int(value[scans].argmax())
+        return Figure(float(value[scans][k]), float(se[scans][k]))
+
+    return Metric(name, words, measure)
+
+
+def over(reference: str, metric: Metric, words: str) -> Metric:
+    """The filter's figure over that of another filter of the race, paired run by run."""
+
+    def measure(race: Race, filter: str) -> Figure:
+        if filter == reference or reference not in race.tallies or filter in BASELINES:
+            return NAN
+        mine, other = race.tallies[filter], race.tallies[reference]
+        if metric.name not in mine.totals or metric.name not in other.totals:
+            return NAN
+        return efficiency(mine, other, metric.name)
+
+    return Metric(f"{metric.name}_over_{reference}", words, measure)
+
+
+def time_over(reference: str, words: str, scenario: Scenario) -> Metric:
+    """The filter's run time over another's: median of rounds in which both, one after the other, filter the same runs."""
+
+    def measure(race: Race, filter: str) -> Figure:
+        if filter == reference or reference not in race.tallies or filter in BASELINES:
+            return NAN
+        simulation = scenario.simulate(TIMED_RUNS, race.seed)
+        mine, other = race.entrants[filter].filter, race.entrants[reference].filter
+        ratios = np.array([_seconds(mine, simulation) / _seconds(other, simulation) for _ in range(ROUNDS)])
+        return Figure(float(np.median(ratios)), 1.253 * float(ratios.std(ddof=1)) / math.sqrt(ROUNDS))
+
+    return Metric(f"time_over_{reference}", words, measure)
+
+
+def _seconds(filter: Any, simulation: Simulation) -> float:
+    began = clock.perf_counter()
+    filter.filter(**simulation.batch(), threads=1, outputs=("x",))
+    return clock.perf_counter() - began
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """A race on one scenario: the paper's filters beside the baselines that it left out.
+
+    filters by name, each made for the purpose; metrics; published (filter, metric name): the paper's figures, also of
+    filters that do not take part; first: scans that do not count; baselines: names in the race; group:
+    experiments of one group share a table of that heading.
+    """
+
+    name: str
+    scenario: Scenario
+    filters: Mapping[str, Callable[[Purpose], Named]]
+    metrics: tuple[Metric, ...]
+    published: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    first: int = 2
+    baselines: tuple[str, ...] = BASELINES
+    words: str = ""
+    group: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Paper:
+    """One paper: what it is, its experiments, the readings taken where it leaves something open, its drawings.
+
+    runs and quick_runs: Monte Carlo runs by default and with --quick; draw(experiment name → race) → the paper's figures.
+    """
+
+    name: str
+    source: str
+    runs: int
+    quick_runs: int
+    experiments: Callable[[], list[Experiment]]
+    readings: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
+    draw: Callable[[Mapping[str, Race]], list[Drawing]] = lambda races: []
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure: published (None where the paper gives none) beside measured (None where nothing was), with its se."""
+
+    experiment: str
+    filter: str
+    metric: str
+    published: float | None
+    measured: float | None
+    se: float | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """As the JSON has it."""
+        return dict(self.__dict__)
+
+
+def named(words: str, filter: Any, fitted: str = "") -> Named:
+    """A filter of a paper and what it is, in words."""
+    return Named(filter=filter, words=words, fitted=fitted)
+
+
+def rows_of(experiment: Experiment, race: Race) -> list[Row]:
+    """The paper's filters first, then what it left out; a metric that a filter lacks has no row."""
+    mine = [*experiment.filters, *dict.fromkeys(name for name, _ in experiment.published)]
+    names = dict.fromkeys([*mine, *race.tallies])
+    rows = []
+    for name in names:
+        for metric in experiment.metrics:
+            published = experiment.published.get((name, metric.name))
+            found = metric.measure(race, name) if name in race.tallies else NAN
+            if published is None and math.isnan(found.value):
+                continue
+            rows.append(
+                Row(experiment.name, name, metric.name, published, _plain(found.value), _plain(found.se))
+            )
+    return rows
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

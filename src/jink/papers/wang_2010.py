@@ -1,0 +1,226 @@
+"""Wang, Qin, Yang & Yang 2010: the "current" statistical model with fuzzy acceleration limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ..filters.current_statistical import FuzzyLimits, csaf, facs
+from ..filters.imm import IMM
+from ..filters.kalman import Kalman
+from ..motion import ConstantAcceleration, Singer
+from ..named import Named, Purpose
+from ..race import Race
+from ..scenarios import SCENARIOS, Scenario
+from .drawing import Chart, Drawing, Line
+from .paper import ACCELERATION, POSITION, VELOCITY, Experiment, Metric, Paper, named, over, peak, time_over
+
+SOURCE = (
+    "Wang, Qin, Yang & Yang, A Fuzzy Adaptive Algorithm Based on “Current” Statistical Model for Maneuvering Target "
+    "Tracking, Defence Technology 2010 no. 3"
+)
+PRIOR = 30.0  # m/s²: sd of the acceleration at the start
+ALPHA, SD = 20.0, 50.0  # 1/α in s and m: of the first two experiments
+GRID = [(tau, sd) for tau in (20.0, 60.0) for sd in (10.0, 50.0, 100.0)]
+LIMIT = 90.0  # m/s²: CSAF's
+
+
+def filters(tau: float = ALPHA) -> dict[str, Callable[[Purpose], Named]]:
+    """The paper's two, and three that it leaves out."""
+    return {
+        "csaf": lambda purpose: named(
+            f"“current” statistical model, a_max {LIMIT:g} m/s², 1/α {tau:g} s",
+            csaf(purpose.sensor, acceleration_max=LIMIT, time_constant=tau, acceleration_prior_sd=PRIOR),
+        ),
+        "facs": lambda purpose: named(
+            f"the same with fuzzy limits, a_th 100 m/s², k 0.97, 1/α {tau:g} s",
+            facs(purpose.sensor, limits=FuzzyLimits(), time_constant=tau, acceleration_prior_sd=PRIOR),
+        ),
+    }
+
+
+def others() -> dict[str, Callable[[Purpose], Named]]:
+    """What a reader would have tried first."""
+    return {
+        "singer": lambda purpose: named(
+            "Singer, acceleration_sd 10 m/s², time_constant 20 s",
+            Kalman(Singer(acceleration_sd=10.0, time_constant=20.0), purpose.sensor),
+        ),
+        "imm-ca": lambda purpose: named(
+            "IMM of three constant accelerations, jerk_psd 0.001, 1, 100 m²/s⁵, stay 0.98",
+            IMM(
+                [ConstantAcceleration(jerk_psd=q, acceleration_prior_sd=PRIOR) for q in (1e-3, 1.0, 100.0)],
+                purpose.sensor,
+                transition=0.98,
+            ),
+        ),
+    }
+
+
+def seen(name: str, sd: float) -> Scenario:
+    """The paper's target seen with this noise."""
+    return SCENARIOS[f"wang-2010-{name}"].seen_by(sd)
+
+
+RATIOS: tuple[Metric, ...] = (
+    over("csaf", POSITION, "pos ÷ CSAF"),
+    over("csaf", VELOCITY, "vel ÷ CSAF"),
+    over("csaf", ACCELERATION, "acc ÷ CSAF"),
+)
+
+
+def experiments() -> list[Experiment]:
+    """The paper's two, the step that it leaves out, and the first over a grid of what it does not state."""
+    both = {**filters(), **others()}
+    first = Experiment(
+        name="exp 1",
+        words="one axis, 30, 20, 10, 5 m/s² for 50 s each",
+        scenario=seen("velocity", SD),
+        filters=both,
+        metrics=(
+            POSITION,
+            VELOCITY,
+            ACCELERATION,
+            *RATIOS,
+            time_over("csaf", "time ÷ CSAF", seen("velocity", SD)),
+        ),
+        published={("facs", "time_over_csaf"): 1.07},
+        first=3,
+    )
+    second = Experiment(
+        name="exp 2",
+        words="straight, then a circle of 10 km radius",
+        scenario=seen("circle", SD),
+        filters=both,
+        metrics=(POSITION, VELOCITY, ACCELERATION, *RATIOS),
+        first=3,
+    )
+    step = Experiment(
+        name="step",
+        words="not in the paper: 0, from scan 50 60 m/s², from scan 100 0",
+        scenario=seen("step", SD),
+        filters=both,
+        metrics=(
+            POSITION,
+            peak("peak_after_onset", "peak after onset m", 50, 100),
+            peak("peak_after_end", "peak after end m", 100, 151),
+        ),
+        first=3,
+    )
+    return [first, second, step, *grid(first, 3), *grid(first, 9)]
+
+
+def grid(first: Experiment, skipped: int) -> list[Experiment]:
+    """FACS over CSAF for all combinations of what is not stated, without the first scans."""
+    scans = f"scans {skipped + 1}–200"
+    return [
+        replace(
+            first,
+            name=f"1/α {tau:g} s, sd {sd:g} m, {scans}",
+            group=f"FACS over CSAF in exp 1 for what the paper does not state, {scans}",
+            scenario=seen("velocity", sd),
+            filters=filters(tau),
+            metrics=RATIOS,
+            published={},
+            baselines=(),
+            first=skipped,
+        )
+        for tau, sd in GRID
+    ]
+
+
+def curves(race: Race, quantity: str, names: tuple[str, ...]) -> list[Line]:
+    """RMSE over scans of some filters, the paper's in strong colours."""
+    scans = np.arange(race.skipped_scans, race.skipped_scans + 10**4) + 1
+    lines = []
+    for name in names:
+        if f"{quantity}_square" in race.tallies[name].curves:
+            value = race.tallies[name].over_time(quantity)[0]
+            lines.append(Line(name, scans[: len(value)], value, faint=name not in ("csaf", "facs")))
+    return lines
+
+
+def draw(races: Mapping[str, Race]) -> list[Drawing]:
+    """Figures 2 to 7, with the measurements and the tuned constant-acceleration filter beside the paper's."""
+    names = ("csaf", "facs", "kalman-ca", "raw")
+    out: list[Drawing] = [membership()]
+    units = {"position": "m", "velocity": "m/s", "acceleration": "m/s²"}
+    for figure, (quantity, unit) in enumerate(units.items(), start=3):
+        shown = names if quantity == "position" else names[:-1]
+        out.append(
+            Chart(
+                title=f"Figure {figure}: {quantity} RMSE, exp 1",
+                x="scan",
+                y=unit,
+                lines=curves(races["exp 1"], quantity, shown),
+            )
+        )
+    truth = seen("circle", SD).simulate(1).truth.position[0] / 1000
+    out.append(
+        Chart(
+            title="Figure 6: the track of exp 2",
+            x="x km",
+            y="y km",
+            lines=[Line("", truth[:, 0], truth[:, 1])],
+            square=True,
+        )
+    )
+    out.append(
+        Chart(
+            title="Figure 7: position RMSE, exp 2",
+            x="scan",
+            y="m",
+            lines=curves(races["exp 2"], "position", names),
+        )
+    )
+    out.append(
+        Chart(
+            title="Not in the paper: position RMSE at a step of 60 m/s²",
+            x="scan",
+            y="m",
+            lines=curves(races["step"], "position", names),
+            shaded=[(50, 100)],
+        )
+    )
+    return out
+
+
+def membership() -> Chart:
+    """Figure 2: the limit a_max(a) and the acceleration it must stay above."""
+    limits = FuzzyLimits()
+    a = np.linspace(-110, 110, 221)
+    largest = np.array([limits(float(v)) for v in a])
+    return Chart(
+        title="Figure 2: the fuzzy limit a_max = a_th M(a), reconstructed",
+        x="acceleration m/s²",
+        y="m/s²",
+        lines=[Line("a_max(a)", a, largest), Line("|a|", a, np.abs(a), faint=True)],
+    )
+
+
+WANG_2010 = Paper(
+    name="wang-2010",
+    source=SOURCE,
+    runs=1000,
+    quick_runs=100,
+    experiments=experiments,
+    draw=draw,
+    readings=(
+        "Measurement noise and α are not stated: sd 50 m and 1/α = 20 s here, and six combinations of sd 10, 50, 100 m with "
+        "1/α = 20, 60 s in the two last tables.",
+        "The paper's text at hand has lost its equations. The membership is reconstructed from its words: M(a) = min(1, exp(−k (1 − "
+        "|a|/a_th))), a_max = a_th M(a), mirrored below zero, k ≤ 1.0536 for a_th = 100, a_up = 90 m/s².",
+        "The start is not stated: two points, acceleration 0 with sd 30 m/s². RMSE pools runs and scans from the fourth on; in the "
+        "first scans the start's error of 30 m/s² rules the acceleration's RMSE, so its ratio is shown from the tenth scan on as well.",
+        "a is the acceleration predicted for the scan, which is the estimate before; a margin a_max − |a| below 1% of a_max counts as "
+        "that, or the filter would freeze.",
+        "The paper prints its RMSE as figures only; the one published number is the run time, 1.07 of CSAF's.",
+    ),
+    remarks=(
+        "FACS is better than CSAF in both of the paper's experiments and pays for it at a strong onset, which the paper does not test: "
+        "see the step.",
+        "A tuned constant-acceleration Kalman filter and an IMM of three beat both.",
+    ),
+)
