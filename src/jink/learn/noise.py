@@ -92,7 +92,8 @@ class Rollout:
             g_before = (along + self.R * gP[0]) / s.S
             g_cross = (across + self.R * gP[1] - 2 * s.cross * gP[2]) / s.S
             g_S = (
-                -(s.before * (along + self.R * gP[0]) + s.cross * (across + self.R * gP[1])) + s.cross**2 * gP[2]
+                -(s.before * (along + self.R * gP[0]) + s.cross * (across + self.R * gP[1]))
+                + s.cross**2 * gP[2]
             ) / s.S**2
             g_r = (s.before / s.S)[:, None] * gp + (s.cross / s.S)[:, None] * gv
             g_before = g_before + g_S
