@@ -40,7 +40,7 @@ def train_end_to_end(
     values[-2] *= 0.1
     model = NoiseNetwork(
         network=as_network(values), inputs="log-nis", output="log-variance", centre=centre, scale=scale,
-        least=least, most=most, start=least if start is None else start,
+        least=least, most=most, start=least if start is None else start, sensor_sd=training.sd,
     )  # fmt: skip
     checked = Rollout(model, validation)
     kept: Kept[Parameters] = Kept()
@@ -59,7 +59,7 @@ def train_end_to_end(
                 progress(step, kept.loss)
     return NoiseNetwork(
         network=as_network(kept.value), inputs="log-nis", output="log-variance", centre=centre, scale=scale,
-        least=least, most=most, start=least if start is None else start,
+        least=least, most=most, start=least if start is None else start, sensor_sd=training.sd,
     )  # fmt: skip
 
 

@@ -134,6 +134,6 @@ def train_supervised(
     published = labels == "published"
     return NoiseNetwork(
         network=network, inputs="likelihood" if published else "log-nis", output="variance" if published else "log-variance",
-        centre=centre.tolist(), scale=scale.tolist(), least=least, most=most, start=least,
+        centre=centre.tolist(), scale=scale.tolist(), least=least, most=most, start=least, sensor_sd=training.sd,
         output_centre=middle if published else 0.0, output_scale=spread if published else 1.0,
     )  # fmt: skip
