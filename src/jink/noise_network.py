@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +24,8 @@ class NoiseNetwork:
     With P⁻ of the last q and S = H P⁻ Hᵀ + R along x and along y: inputs "likelihood" (q, N(νx; 0, Sx), N(νy; 0, Sy)) as published;
     "log-nis" (log q, log(νx²/Sx + .01), log(νy²/Sy + .01)). With y = network((u − centre)/scale): output "variance"
     q = clip(output_centre + output_scale · y, least, most); "log-variance" q = least (most/least)^σ(y), σ the logistic function.
-    The new q then gives the P⁻ of the update. Before the first update the last q is ``start``.
+    The new q then gives the P⁻ of the update. Before the first update the last q is ``start``. sensor_sd (m) is that of the
+    measurements it was trained on.
 
     Source: Choi, Samal & Ahn 2001, §3 (parameter-based design); the logarithmic forms are jink's.
     """
@@ -39,6 +40,7 @@ class NoiseNetwork:
     start: float
     output_centre: float = 0.0
     output_scale: float = 1.0
+    sensor_sd: float | None = None
     trained: Trained | None = None
 
     def __post_init__(self) -> None:
@@ -59,6 +61,31 @@ class NoiseNetwork:
             raise ValueError(
                 f"NoiseNetwork.start: expected {self.least:g} to {self.most:g}, got {self.start:g}"
             )
+
+    def check_units(self, sensor_sd: float) -> None:
+        """Was this network trained on residuals such a sensor (sd in m) gives?
+
+        Errors: ValueError where the sd differs by more than a factor of ten.
+        """
+        own = self.sensor_sd
+        if own is not None and not own / 10 <= sensor_sd <= own * 10:
+            raise ValueError(
+                f"NoiseNetwork: was trained on measurements of sd {own:g} m, and the sensor's is {sensor_sd:g} m; "
+                "expected metres; NoiseNetwork.scaled(sd) makes it one for another sensor"
+            )
+
+    def scaled(self, sensor_sd: float) -> NoiseNetwork:
+        """The same for a sensor of another sd (m), variances scaled with its square: a target that is as much larger.
+
+        Errors: ValueError for inputs that are not logarithms, or a network that does not know its sensor.
+        """
+        if self.inputs != "log-nis" or self.sensor_sd is None:
+            raise ValueError("NoiseNetwork.scaled: expected log-nis inputs and a known sensor_sd")
+        factor = (positive("sensor_sd", sensor_sd) / self.sensor_sd) ** 2
+        return replace(
+            self, least=self.least * factor, most=self.most * factor, start=self.start * factor, sensor_sd=sensor_sd,
+            centre=(self.centre[0] + float(np.log(factor)), *self.centre[1:]),
+        )  # fmt: skip
 
     def features(self, q: Array, residual: Array, S: Array) -> Array:
         """u (N, 3) from the last q (N,), residuals (N, 2) in m and their variances (N, 2)."""

@@ -83,6 +83,7 @@ class Bank:
             isinstance(self.initial, OnePoint),
             start * start,
         )
+        _check_units(self.motions, self.sensors)
         if all(hasattr(part, "native") for part in (*self.motions, *self.sensors)):
             modes_native = [native_mode(m, axes) for m in self.motions]
             sensors_native = [s.native(self.outliers) for s in self.sensors]
@@ -302,6 +303,14 @@ class Bank:
             np.ascontiguousarray(np.broadcast_to(x, (tracks, n))),
             np.ascontiguousarray(np.broadcast_to(P, (tracks, n, n))),
         )
+
+
+def _check_units(motions: tuple[Any, ...], sensors: tuple[Any, ...]) -> None:
+    """Were learned parts of the motions made for residuals such as these sensors give?"""
+    for sd in {float(s.sd) for s in sensors if isinstance(getattr(s, "sd", None), int | float)}:
+        for motion in motions:
+            if hasattr(motion, "check_units"):
+                motion.check_units(sd)
 
 
 def as_sensors(sensor: Any) -> tuple[Any, ...]:

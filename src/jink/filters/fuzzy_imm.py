@@ -52,6 +52,10 @@ class FuzzyNoise:
         )
         return FUZZY_RULES, [], False, table.ravel().tolist()
 
+    def check_units(self, sensor_sd: float) -> None:
+        """Errors: ValueError where the rules are not about such a sensor's residuals (sd in m)."""
+        self.rules.check_units(sensor_sd)
+
     def level(self, axes: int) -> tuple[list[float], bool]:
         """The motion model's known acceleration, if any."""
         return self.motion.level(axes) if hasattr(self.motion, "level") else ([], False)
@@ -76,10 +80,7 @@ def fuzzy_imm(
             raise ValueError(f"rules: expected rule tables or one of {', '.join(PUBLISHED)}, got {rules!r}")
         rules = PUBLISHED[rules]
     motions: list[Any] = []
-    sd = getattr(sensor, "sd", None)
     for table in rules:
-        if isinstance(sd, int | float):
-            table.check_units(float(sd))
         start = float(np.sqrt(np.mean(table.variances)))
         motions.append(FuzzyNoise(ConstantVelocity(acceleration_sd=start), table))
     if mode_probability is None and len(motions) > 1:

@@ -37,8 +37,17 @@ SINGLE: dict[str, Callable[..., Any]] = {c.__name__: c for c in (Kalman, InputEs
 def load(path: str | os.PathLike[str]) -> Any:
     """Read a filter written by ``save``. Errors: ValueError naming the file and what is wrong with it."""
     try:
-        body = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        text = Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: is no JSON filter file ({error})") from None
+    return read(text, str(path))
+
+
+def read(text: str, path: str) -> Any:
+    """The same from the file's text; path is for messages."""
+    try:
+        body = json.loads(text)
+    except json.JSONDecodeError as error:
         raise ValueError(f"{path}: is no JSON filter file ({error})") from None
     if not isinstance(body, dict) or body.get("jink") != "filter":
         raise ValueError(f'{path}: is no jink filter file; expected an object with "jink": "filter"')

@@ -57,6 +57,10 @@ class NetworkNoise:
         kind, noise, turn, axes, parameters, prior = self.motion.native(axes)
         return kind, noise, turn, axes, [self.network.start] * axes + parameters[axes:], prior
 
+    def check_units(self, sensor_sd: float) -> None:
+        """Errors: ValueError where the network was trained on another sensor's residuals (sd in m)."""
+        self.network.check_units(sensor_sd)
+
     def adaptation(self, axes: int) -> Adaptation:
         """How the engine sets its variance."""
         n = self.network

@@ -16,14 +16,16 @@ from .data import Runs
 from .mlp import fit_network
 
 UPDATED = STATUS.index("updated")
+BEGUN = [STATUS.index("initialised"), STATUS.index("restarted")]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Seen:
     """What a filter saw and said at every scan, (B, S, axes) each.
 
-    innovation ν = z − x̂(t|t−1) (m) and its variance S; estimate and variance by quantity (position, velocity, acceleration); updated
-    where a measurement was used.
+    innovation ν = z − x̂(t|t−1) (m) and its variance S; residual z − x̂(t|t); step x̂(t|t−1) − x̂(t|t); the estimate, and the
+    variance of the prediction, by quantity (position, velocity, acceleration); updated where a measurement was used; began where
+    the track started, or started again.
     """
 
     innovation: Array
@@ -33,6 +35,7 @@ class Seen:
     estimate: dict[str, Array]
     variance: dict[str, Array]
     updated: np.ndarray
+    began: np.ndarray
 
 
 def watch(filter: Any, runs: Runs) -> Seen:
@@ -49,7 +52,8 @@ def watch(filter: Any, runs: Runs) -> Seen:
     )  # fmt: skip
     x = estimate.x.reshape(B, S, 2, -1)
     P = np.einsum("nii->ni", estimate.P).reshape(B, S, 2, -1)
-    updated = (estimate.status.reshape(B, S, 2)[:, :, 1] == UPDATED)[..., None] & np.isfinite(runs.z)
+    status = estimate.status.reshape(B, S, 2)[:, :, 1, None]
+    updated = (status == UPDATED) & np.isfinite(runs.z)
     places = _places(estimate.components, axes)
     p = places["position"]
     return Seen(
@@ -58,8 +62,9 @@ def watch(filter: Any, runs: Runs) -> Seen:
         residual=runs.z - x[:, :, 1, p],
         step=x[:, :, 0, p] - x[:, :, 1, p],
         estimate={name: x[:, :, 1, where] for name, where in places.items()},
-        variance={name: P[:, :, 1, where] for name, where in places.items()},
+        variance={name: P[:, :, 0, where] for name, where in places.items()},
         updated=updated,
+        began=np.isin(status, BEGUN) & np.ones(runs.z.shape, dtype=bool),
     )
 
 
@@ -79,9 +84,13 @@ def inputs_of(kind: str, count: int, seen: Seen) -> Array:
         return np.where(seen.updated[..., None], np.stack([seen.residual, seen.step], axis=-1), 0.0)
     with np.errstate(invalid="ignore"):
         normal = np.where(seen.updated, seen.innovation / np.sqrt(seen.S), 0.0)
-    padded = np.pad(normal, ((0, 0), (count - 1, 0), (0, 0)))
-    S = normal.shape[1]
-    return np.stack([padded[:, count - 1 - k : count - 1 - k + S] for k in range(count)], axis=-1)
+    out = np.zeros((*normal.shape, count))
+    past = np.zeros((len(normal), normal.shape[2], count))
+    for k in range(normal.shape[1]):
+        newer = np.concatenate([normal[:, k, :, None], past[..., :-1]], axis=-1)
+        past = np.where(seen.updated[:, k, :, None], newer, np.where(seen.began[:, k, :, None], 0.0, past))
+        out[:, k] = past
+    return out
 
 
 def unit_of(kind: str, corrects: Sequence[str], seen: Seen) -> Array:

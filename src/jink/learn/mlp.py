@@ -25,13 +25,15 @@ def fit_network(
     batch: int = 512,
     rate: float = 0.005,
     decay: float = 1e-5,
+    scores: bool = False,
     seed: int = 0,
     progress: Callable[[int, float], None] | None = None,
 ) -> Network:
     """A network that maps u (N, inputs) to y (N, outputs), both scaled to about one.
 
-    Least squares, weight (N,) per row, plus decay · ‖W‖²; Adam over shuffled batches at a rate that falls to zero on a half
-    cosine. The epoch that does best on the validation pair is kept (without one, on the training pair).
+    Least squares, weight (N,) per row; with ``scores`` cross-entropy, y being shares that the softmax of the answers is to meet.
+    Plus decay · ‖W‖²; Adam over shuffled batches at a rate that falls to zero on a half cosine. The epoch that does best on the
+    validation pair is kept (without one, on the training pair).
     """
     rng = np.random.default_rng(seed)
     values = initial([u.shape[1], *hidden, y.shape[1]], rng)
@@ -44,16 +46,32 @@ def fit_network(
         order = rng.permutation(len(u))
         for rows in np.array_split(order, max(1, len(u) // batch)):
             answer, layers = forward(values, u[rows])
-            slope = 2 * share[rows, None] * (answer - y[rows]) / len(rows)
+            slope = share[rows, None] * _slope(answer, y[rows], scores) / len(rows)
             gradients, _ = backward(values, layers, slope)
             gradients = [
                 g + 2 * decay * v if v.ndim == 2 else g for g, v in zip(gradients, values, strict=True)
             ]
             values = adam.step(values, gradients, now)
-        kept.offer(float(((forward(values, checked[0])[0] - checked[1]) ** 2).mean()), values)
+        kept.offer(_loss(forward(values, checked[0])[0], checked[1], scores), values)
         if progress:
             progress(epoch, kept.loss)
     return as_network(kept.value)
+
+
+def softmax(scores: Array) -> Array:
+    """Shares that sum to one, (N, outputs)."""
+    powers = np.exp(scores - scores.max(axis=-1, keepdims=True))
+    return powers / powers.sum(axis=-1, keepdims=True)
+
+
+def _slope(answer: Array, y: Array, scores: bool) -> Array:
+    return softmax(answer) - y if scores else 2 * (answer - y)
+
+
+def _loss(answer: Array, y: Array, scores: bool) -> float:
+    if scores:
+        return float(-(y * np.log(softmax(answer) + 1e-300)).sum(axis=1).mean())
+    return float(((answer - y) ** 2).mean())
 
 
 def initial(sizes: Sequence[int], rng: np.random.Generator) -> Parameters:

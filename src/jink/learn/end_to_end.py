@@ -1,0 +1,72 @@
+"""NNVSMM trained on what counts: the tracking error itself, through the filter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..arguments import Array
+from ..noise_network import NoiseNetwork
+from .data import Runs
+from .descent import Adam, Kept
+from .mlp import Parameters, as_network, initial
+from .noise import Rollout
+
+
+def train_end_to_end(
+    training: Runs,
+    validation: Runs,
+    *,
+    least: float = 1.0,
+    most: float = 196.0,
+    hidden: int = 16,
+    steps: int = 400,
+    batch: int = 256,
+    rate: float = 0.02,
+    start: float | None = None,
+    seed: int = 0,
+    progress: Callable[[int, float], None] | None = None,
+) -> NoiseNetwork:
+    """A noise network (log q, log NIS in; log q out) that makes the position errors of the filter it steers small.
+
+    Loss: the mean over runs of log(mean over scans of the squared distance + R), so that easy and hard targets count alike;
+    Adam on batches, gradients through all scans by :class:`jink.learn.noise.Rollout`, clipped to norm 1. The parameters that do
+    best on the validation runs are kept. Before the first update the last noise is ``start``, by default ``least``.
+    """
+    rng = np.random.default_rng(seed)
+    centre, scale = (0.5 * np.log(least * most), -0.5, -0.5), (0.25 * np.log(most / least), 2.0, 2.0)
+    values = initial([3, hidden, 1], rng)
+    values[-2] *= 0.1
+    model = NoiseNetwork(
+        network=as_network(values), inputs="log-nis", output="log-variance", centre=centre, scale=scale,
+        least=least, most=most, start=least if start is None else start, sensor_sd=training.sd,
+    )  # fmt: skip
+    checked = Rollout(model, validation)
+    kept: Kept[Parameters] = Kept()
+    adam = Adam(rate)
+    for step in range(steps):
+        some = training.take(rng.choice(len(training), min(batch, len(training)), replace=False))
+        rollout = Rollout(model, some)
+        _, slope = _loss(rollout.forward(values)[0], some)
+        gradients = rollout.backward(values, slope)
+        norm = np.sqrt(sum(float((g * g).sum()) for g in gradients))
+        now = 0.5 * rate * (1 + np.cos(np.pi * step / steps))
+        values = adam.step(values, [g / max(1.0, norm) for g in gradients], now)
+        if step % 10 == 9:
+            kept.offer(_loss(checked.forward(values)[0], validation)[0], values)
+            if progress:
+                progress(step, kept.loss)
+    return NoiseNetwork(
+        network=as_network(kept.value), inputs="log-nis", output="log-variance", centre=centre, scale=scale,
+        least=least, most=most, start=least if start is None else start, sensor_sd=training.sd,
+    )  # fmt: skip
+
+
+def _loss(position: Array, runs: Runs, first: int = 2) -> tuple[float, Array]:
+    """The loss and its slope in the positions (B, S, 2)."""
+    error = np.nan_to_num(position - runs.position)
+    error[:, :first] = 0.0
+    B, S = error.shape[:2]
+    squares = (error**2).sum(axis=(1, 2)) / (S - first) + runs.sd**2
+    return float(np.log(squares).mean()), 2 * error / (squares[:, None, None] * (S - first) * B)
