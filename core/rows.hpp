@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 
 #include "batch.hpp"
 #include "transpose.hpp"
@@ -58,6 +60,20 @@ class Rows {
 
     Span span;
 
+    // The lanes' tracks, `used` of them, checked; returns how long the longest is.
+    std::int64_t take(const std::int64_t *tracks, int used) {
+        std::int64_t longest = 0;
+        auto &[first, length] = span;
+        for (int l = 0; l < lanes; ++l) {
+            const std::int64_t b = tracks[std::min(l, used - 1)];
+            first[l] = in.offsets[b];
+            length[l] = l < used ? in.offsets[b + 1] - in.offsets[b] : 0;
+            longest = std::max(longest, length[l]);
+        }
+        for (int l = 0; l < used; ++l) check(tracks[l]);
+        return longest;
+    }
+
     void gather(std::int64_t from, int scans) {
         begun = from;
         for (Stream *stream : {&time, &z, &noise, &input}) stream->gather(span, from, scans);
@@ -91,6 +107,25 @@ class Rows {
     std::int64_t begun = 0;
     Stream time, z, noise, input;
     std::int32_t which[lanes];
+
+    // Times must not go back within a track, and infinite measurements mean nothing. Reads what gather() reads next.
+    void check(std::int64_t track) const {
+        const std::int64_t from = in.offsets[track], to = in.offsets[track + 1];
+        bool ordered = from == to || std::isfinite(in.time[from]), finite = true;
+        for (std::int64_t k = from + 1; k < to; ++k) ordered &= in.time[k] >= in.time[k - 1];
+        ordered = ordered && (from == to || std::isfinite(in.time[to - 1]));
+        for (std::int64_t k = from * in.columns; k < to * in.columns; ++k) finite &= !(std::fabs(in.z[k]) > 1.7976931348623157e308);
+        if (!ordered)
+            for (std::int64_t k = from; k < to; ++k)
+                if (!std::isfinite(in.time[k]) || (k > from && in.time[k] < in.time[k - 1]))
+                    throw std::invalid_argument("time: row " + std::to_string(k) + " of track " + std::to_string(track) +
+                                                (std::isfinite(in.time[k]) ? " lies before the row before it; rows of a track must be in the order of time"
+                                                                           : " is not a time"));
+        if (!finite)
+            for (std::int64_t k = from * in.columns; k < to * in.columns; ++k)
+                if (std::isinf(in.z[k]))
+                    throw std::invalid_argument("z: row " + std::to_string(k / in.columns) + " is infinite; a missing component is NaN or None");
+    }
 };
 
 // One kind of result on its way out: a block of scans in packs, turned into the rows of each track.
