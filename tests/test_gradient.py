@@ -40,7 +40,7 @@ def with_differences(figure, parameters, u, k, step):
 def assert_gradient(filter, tracks, name="likelihood", **options):
     """Every parameter's derivative, scaled by the size of the figure and of all derivatives."""
     parameters = Parameters(filter, free=["*"])
-    u, none = parameters.start, np.zeros((0, len(parameters.tangents(parameters.start)[0])))
+    u, none = parameters.start, np.zeros((0, filter.numbers.size))
     value, slope = gradient(filter, parameters.tangents(u), tracks, name, threads=1, **options)
 
     def figure(moved):
@@ -76,7 +76,7 @@ def test_tracking_gradient(name):
 def test_likelihood_value(name):
     twin = SITUATIONS[name]
     filter, tracks = twin.native(), tracks_of(twin)
-    none = np.zeros((0, len(Parameters(filter).tangents(Parameters(filter).start)[0])))
+    none = np.zeros((0, filter.numbers.size))
     value, slope = gradient(filter, none, tracks)
     est = filter.filter(**tracks.keywords())
     assert slope.shape == (0, 3, 1)

@@ -22,7 +22,8 @@ FIGURES: tuple[Figure, ...] = ("likelihood", "prediction", "tracking")
 class Tracks:
     """Measurements of many tracks laid end to end, as ``filter`` takes them, and what is known about them.
 
-    truth (N, c) in the reported ``components``, NaN where unknown; owner (B,) whose tracks are never parted (a target, a run).
+    truth (N, c) in the reported ``components``, NaN where unknown; counts (N,) rows that errors are counted in; owner (B,)
+    whose tracks are never parted (a target, a run); family (B,) from 0, of data whose errors are measured apart.
     """
 
     time: Array
@@ -32,7 +33,9 @@ class Tracks:
     sensor: np.ndarray | None = None
     truth: Array | None = None
     components: tuple[str, ...] = ()
+    counts: np.ndarray | None = None
     owner: np.ndarray | None = None
+    family: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.offsets) - 1
@@ -53,10 +56,12 @@ class Tracks:
         lengths = np.diff(self.offsets)[tracks]
         offsets = np.r_[0, np.cumsum(lengths)]
         rows = np.repeat(self.offsets[:-1][tracks] - offsets[:-1], lengths) + np.arange(offsets[-1])
-        arrays = ("time", "z", "covariance", "sensor", "truth")
-        cut = {name: None if getattr(self, name) is None else getattr(self, name)[rows] for name in arrays}
-        owner = None if self.owner is None else self.owner[tracks]
-        return replace(self, **cut, offsets=offsets, owner=owner)
+
+        def cut(names: Sequence[str], index: np.ndarray) -> dict[str, Any]:
+            return {name: None if getattr(self, name) is None else getattr(self, name)[index] for name in names}
+
+        of_rows = cut(("time", "z", "covariance", "sensor", "truth", "counts"), rows)
+        return replace(self, **of_rows, **cut(("owner", "family"), tracks), offsets=offsets)
 
 
 def differentiable(filter: Any) -> bool:
@@ -98,7 +103,7 @@ def gradient(
     c = 1 if figure == "likelihood" else columns if figure == "prediction" else len(components)
     weights = None if weight is None else array_of("weight", weight, (n, c))
     directions = np.ascontiguousarray(tangents, dtype=float)
-    numbers = len(_engine.native.numbers(filter._engine))
+    numbers = filter.numbers.size
     if directions.ndim != 2 or directions.shape[1] != numbers:
         raise ValueError(f"tangents: expected (P, {numbers}), got {directions.shape}")
     if int(ahead) != ahead or ahead < 1:

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from .. import _engine
 from ..arguments import Array
 from ..filters.files import description
 from ..filters.loading import built
@@ -159,7 +158,7 @@ class Parameters:
             for weight, step in zip(FOURTH, (-2, -1, 1, 2), strict=True):
                 moved = u.copy()
                 moved[k] += step * STEP
-                row = row + weight / STEP * np.asarray(_engine.native.numbers(self.filter(moved)._engine))
+                row = row + weight / STEP * self.filter(moved).numbers
             rows.append(row)
         return np.ascontiguousarray(rows)
 
