@@ -58,7 +58,9 @@ class Tracks:
         rows = np.repeat(self.offsets[:-1][tracks] - offsets[:-1], lengths) + np.arange(offsets[-1])
 
         def cut(names: Sequence[str], index: np.ndarray) -> dict[str, Any]:
-            return {name: None if getattr(self, name) is None else getattr(self, name)[index] for name in names}
+            return {
+                name: None if getattr(self, name) is None else getattr(self, name)[index] for name in names
+            }
 
         of_rows = cut(("time", "z", "covariance", "sensor", "truth", "counts"), rows)
         return replace(self, **of_rows, **cut(("owner", "family"), tracks), offsets=offsets)

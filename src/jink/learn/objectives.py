@@ -75,7 +75,12 @@ class Prediction:
     def evaluate(self, parameters: Parameters, u: Array, tracks: Tracks) -> Evaluation:
         counts = _counting(tracks, np.isfinite(tracks.z))
         value, slope = gradient(
-            parameters.filter(u), parameters.tangents(u), tracks, "prediction", ahead=self.ahead, weight=counts
+            parameters.filter(u),
+            parameters.tangents(u),
+            tracks,
+            "prediction",
+            ahead=self.ahead,
+            weight=counts,
         )
         check_finite(value, slope, parameters)
         return _from_sums(value, slope, counts, tracks, [[c] for c in range(tracks.z.shape[1])])
@@ -88,8 +93,12 @@ class Prediction:
         elif self.ahead == 1:
             sums = _of_tracks(counts * np.nan_to_num(predicted_residual(filter, tracks)) ** 2, tracks)
         else:
-            raise ValueError(f"ahead: is {self.ahead}; a filter without gradients is fitted on predictions of one scan")
-        return _from_sums(sums, np.zeros((0, *sums.shape)), counts, tracks, [[c] for c in range(sums.shape[1])]).value
+            raise ValueError(
+                f"ahead: is {self.ahead}; a filter without gradients is fitted on predictions of one scan"
+            )
+        return _from_sums(
+            sums, np.zeros((0, *sums.shape)), counts, tracks, [[c] for c in range(sums.shape[1])]
+        ).value
 
 
 def predicted_residual(filter: Any, tracks: Tracks) -> Array:
@@ -108,12 +117,15 @@ def predicted_residual(filter: Any, tracks: Tracks) -> Array:
 class Tracking:
     """Mean over families and quantities (position, velocity, …) of ln RMSE against the truth, where rows count.
 
-    With per_scan the RMSE of a quantity is the mean over scans of √(mean over tracks): normalised errors where the
-    measurement's is the same in every scan.
+    Per scan ("normalised") the RMSE of a quantity is the mean over scans of √(mean square over tracks): the normalised errors of
+    :func:`jink.metrics.normalised_error` where the measurements are as good in every scan.
     """
 
-    per_scan: bool = False
     name: str = "tracking"
+
+    @property
+    def per_scan(self) -> bool:
+        return self.name == "normalised"
 
     def evaluate(self, parameters: Parameters, u: Array, tracks: Tracks) -> Evaluation:
         filter, tangents = parameters.filter(u), parameters.tangents(u)
@@ -155,7 +167,9 @@ class Tracking:
             mean = np.where(used, root, 0.0).sum(axis=1) / used.sum(axis=1)
             value += float(np.log(mean).mean()) / len(parts)
             each = 0.5 / (root * np.maximum(n, 1.0).reshape(root.shape) * (mean * used.sum(axis=1))[:, None])
-            weight[:, columns] = (each.reshape(-1)[place] / (families * len(parts)))[:, None] * counts[:, columns]
+            weight[:, columns] = (each.reshape(-1)[place] / (families * len(parts)))[:, None] * counts[
+                :, columns
+            ]
         return value, weight, float(counts.sum())
 
 
@@ -186,7 +200,9 @@ def _of_tracks(rows: Array, tracks: Tracks) -> Array:
     return np.diff(np.vstack([np.zeros(rows.shape[1]), np.cumsum(rows, axis=0)])[tracks.offsets], axis=0)
 
 
-def _from_sums(sums: Array, slope: Array, counts: Array, tracks: Tracks, parts: list[list[int]]) -> Evaluation:
+def _from_sums(
+    sums: Array, slope: Array, counts: Array, tracks: Tracks, parts: list[list[int]]
+) -> Evaluation:
     """ln RMSE of squared sums (B, c) with slopes (P, B, c), meant over families and parts of the columns."""
     n, family = _of_tracks(counts, tracks), _family(tracks)
     families = int(family.max()) + 1

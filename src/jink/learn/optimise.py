@@ -15,11 +15,14 @@ from .gradient import Tracks, differentiable
 from .objectives import NotFinite, Objective
 from .parameters import Parameters
 
-WEAK = 3.0  # sd of the prior on every u: parameters stay within a factor of some hundreds of where they started
+WEAK = (
+    3.0  # sd of the prior on every u: parameters stay within a factor of some hundreds of where they started
+)
 FARTHEST = 12.0  # and never leave this
-SMALLEST, GROWTH = 20_000, 4  # rows of the first batch of tracks, and how it grows
+SMALLEST, GROWTH = 6_000, 4  # rows of the first batch of tracks, and how it grows
+SHORT, LONG = 20, 200  # steps of a descent from each start, and from the best of them
 SCATTER = 1.0  # sd of the other starts, in u
-CLOSE = 1e-7  # of the figure: when a batch is done
+CLOSE = 0.05  # of the total log-likelihood (or what stands for it): a step that gains less ends a descent
 
 
 @dataclass
@@ -102,29 +105,34 @@ class Search:
         begin = np.array(self.state.u) if self.state.u else self.parameters.start
         self.state.value = np.inf
         if stage > 0 or not differentiable(self.parameters.filter(self.parameters.start)):
-            self._descend(begin, tracks, words, 200, stage, stages)
+            self._descend(begin, tracks, words, LONG, stage, stages)
             return
         rng = np.random.default_rng(self.seed)
-        self._descend(begin, tracks, words, 30, stage, stages)
+        self._descend(begin, tracks, words, SHORT, stage, stages)
         for _ in range(self.starts - 1):
             other = self.parameters.start + SCATTER * rng.standard_normal(len(begin))
-            self._descend(other, tracks, words, 30, stage, stages)
-        self._descend(np.array(self.state.u), tracks, words, 200, stage, stages)
+            self._descend(other, tracks, words, SHORT, stage, stages)
+        self._descend(np.array(self.state.u), tracks, words, LONG, stage, stages)
 
     def _descend(self, begin: Array, tracks: Tracks, words: str, steps: int, stage: int, stages: int) -> None:
         if not differentiable(self.parameters.filter(begin)):
-            evolve(lambda u: self._plain(u, tracks, words, stage, stages), begin, evaluations=100 * len(begin))
+            evolve(
+                lambda u: self._plain(u, tracks, words, stage, stages), begin, evaluations=100 * len(begin)
+            )
             return
         from scipy.optimize import minimize
 
         start = self.parameters.start
+        close = CLOSE / max(float(np.isfinite(tracks.z).any(axis=1).sum()), 1.0)
         minimize(
             lambda u: self._evaluated(u, tracks, words, stage, stages), begin, jac=True, method="L-BFGS-B",
             bounds=list(zip(start - FARTHEST, start + FARTHEST, strict=True)),
-            options={"maxiter": steps, "ftol": CLOSE, "gtol": 1e-6, "maxls": 20},
+            options={"maxiter": steps, "ftol": close, "gtol": 1e-6, "maxls": 20},
         )  # fmt: skip
 
-    def _evaluated(self, u: Array, tracks: Tracks, words: str, stage: int, stages: int) -> tuple[float, Array]:
+    def _evaluated(
+        self, u: Array, tracks: Tracks, words: str, stage: int, stages: int
+    ) -> tuple[float, Array]:
         try:
             found = self.objective.evaluate(self.parameters, u, tracks)
         except (NotFinite, ValueError):

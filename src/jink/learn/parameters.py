@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array
-from ..filters.files import description
+from ..filters.files import described
 from ..filters.loading import built
 from ..motion import mode_names
 from ..noise import transition_rule
@@ -107,7 +107,7 @@ class Parameters:
     """
 
     def __init__(self, filter: Any, *, free: Sequence[str] = (), fixed: Sequence[str] = ()) -> None:
-        self.body = spelled_out(description(filter), len(filter.motions))
+        self.body = spelled_out(described(filter), len(filter.motions))
         found = list(each_part(self.body, mode_names(filter.motions)))
         known = [name for part in found for name in part.names]
         for pattern in (*free, *fixed):

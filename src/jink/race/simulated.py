@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,10 +51,11 @@ def race(
     *,
     first: int = FIRST,
     progress: Callable[[int, int], None] | None = None,
+    guests: Sequence[Entrant] = (),
 ) -> Race:
-    """See :func:`jink.compare.compare`."""
+    """See :func:`jink.compare.compare`; guests take part beside the named ones."""
     field = prepare(scenario, seed, first)
-    entrants: dict[str, Entrant] = {}
+    entrants: dict[str, Entrant] = {guest.name: guest for guest in guests}
     skipped: dict[str, str] = {}
     for name in names:
         try:
