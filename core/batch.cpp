@@ -1,12 +1,7 @@
-#include "rows.hpp"
+#include <memory>
 
-#include <atomic>
-#include <exception>
-#include <mutex>
-#include <numeric>
-#include <stdexcept>
-#include <string>
-#include <thread>
+#include "rows.hpp"
+#include "threads.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
@@ -22,22 +17,13 @@ class Runner {
           dof(out.nis_dof, total_rows, 1), pit(out.pit, total_rows, in.columns), members(c.members()) {}
 
     void run(const std::int64_t *tracks, int used) {
-        std::int64_t longest = 0;
-        auto &[first, length] = rows.span;
-        for (int l = 0; l < lanes; ++l) {
-            const std::int64_t b = tracks[std::min(l, used - 1)];
-            first[l] = in.offsets[b];
-            length[l] = l < used ? in.offsets[b + 1] - in.offsets[b] : 0;
-            longest = std::max(longest, length[l]);
-        }
+        const std::int64_t longest = rows.take(tracks, used);
         state.reset(c);
-        suspect = splat_mask<Pack>(false), latest = splat<Pack>(-std::numeric_limits<double>::max());
-        if (in.prior_x) begin_at_prior(tracks, used, length);
+        if (in.prior_x) begin_at_prior(c, in, state, tracks, used);
         total = splat<Pack>(0.0);
         if (smoothing && records.size() < std::size_t(longest)) records.resize(longest);
         for (std::int64_t from = 0; from < longest; from += block) forward(from, int(std::min<std::int64_t>(block, longest - from)));
-        if (any(suspect))
-            for (int l = 0; l < used; ++l) complain(tracks[l]);
+        rows.verify(tracks, used);
         if (smoothing) backward(longest);
         if (out.log_likelihood)
             for (int l = 0; l < used; ++l) out.log_likelihood[tracks[l]] = total[l];
@@ -57,38 +43,7 @@ class Runner {
     Column x, P, mu, likelihood, nis, dof, pit;
     std::vector<Record<Pack>> records;
     std::vector<Pack> members;  // probabilities of the whole set of modes
-    Mask<Pack> suspect;
-    Pack latest, total, xs[largest_state], Ps[packed_size(largest_state)];
-
-    // Times must not go back within a track, and infinite measurements mean nothing.
-    void look_at(const Scan<Pack> &scan) {
-        const Pack most = splat<Pack>(std::numeric_limits<double>::max());
-        suspect = suspect | (scan.active & inverse((scan.time >= latest) & (scan.time <= most)));
-        for (int r = 0; r < in.columns; ++r) suspect = suspect | (magnitude(scan.z[r]) > most);
-        latest = scan.time;
-    }
-
-    // The row that is wrong, in words.
-    void complain(std::int64_t track) const {
-        const std::int64_t from = in.offsets[track], to = in.offsets[track + 1];
-        for (std::int64_t k = from; k < to; ++k) {
-            const std::string row = "row " + std::to_string(k);
-            if (!std::isfinite(in.time[k])) throw std::invalid_argument("time: " + row + " of track " + std::to_string(track) + " is not a time");
-            if (k > from && in.time[k] < in.time[k - 1])
-                throw std::invalid_argument("time: " + row + " of track " + std::to_string(track) +
-                                            " lies before the row before it; rows of a track must be in the order of time");
-            for (int r = 0; r < in.columns; ++r)
-                if (std::isinf(in.z[k * in.columns + r]))
-                    throw std::invalid_argument("z: " + row + " is infinite; a missing component is NaN or None");
-        }
-    }
-
-    void begin_at_prior(const std::int64_t *tracks, int used, const std::int64_t *length) {
-        const int n = c.reported.n;
-        for (int l = 0; l < used; ++l)
-            if (length[l]) set_prior(c, state, l, in.prior_x + tracks[l] * n, in.prior_P + tracks[l] * n * n, in.time[in.offsets[tracks[l]]]);
-        state.settled = all(state.running);
-    }
+    Pack total, xs[largest_state], Ps[packed_size(largest_state)];
 
     void forward(std::int64_t from, int scans) {
         rows.gather(from, scans);
@@ -97,7 +52,6 @@ class Runner {
         const int detail = (nis.wanted() ? with_nis : 0) | (pit.wanted() ? with_pit : 0);
         for (int k = 0; k < scans; ++k) {
             rows.read(k, scan, input);
-            look_at(scan);
             const Pack before = state.time;
             const Outcome<Pack> o = step.step(state, scan, detail);
             if (aid.active()) aid(step, state, scan, o);
@@ -148,31 +102,12 @@ class Runner {
 }  // namespace
 
 void run_batch(const Composition<Pack> &composition, const BatchInput &in, const BatchOutput &out, bool smooth, int threads) {
-    std::vector<std::int64_t> order(in.tracks);
-    std::iota(order.begin(), order.end(), 0);
-    const auto length = [&](std::int64_t b) { return in.offsets[b + 1] - in.offsets[b]; };
-    const auto longer = [&](std::int64_t a, std::int64_t b) { return length(a) > length(b); };
-    if (!std::is_sorted(order.begin(), order.end(), longer)) std::stable_sort(order.begin(), order.end(), longer);
-    const std::int64_t packs = (in.tracks + lanes - 1) / lanes;
-    std::atomic<std::int64_t> next{0};
-    std::exception_ptr failure;
-    std::mutex failing;
-    const auto work = [&] {
-        try {
-            Runner runner(composition, in, out, smooth);
-            for (std::int64_t p; (p = next.fetch_add(1)) < packs;)
-                runner.run(&order[p * lanes], int(std::min<std::int64_t>(lanes, in.tracks - p * lanes)));
-        } catch (...) {
-            const std::lock_guard lock(failing);
-            failure = std::current_exception();
-        }
-    };
-    const int helpers = int(std::min<std::int64_t>(threads, packs)) - 1;
-    std::vector<std::thread> pool;
-    for (int t = 0; t < helpers; ++t) pool.emplace_back(work);
-    work();
-    for (auto &thread : pool) thread.join();
-    if (failure) std::rethrow_exception(failure);
+    const std::vector<std::int64_t> order = longest_first(in);
+    over_threads(packs_of(in), threads, [&] {
+        return [&, runner = std::make_unique<Runner>(composition, in, out, smooth)](std::int64_t pack) {
+            runner->run(&order[pack * lanes], int(std::min<std::int64_t>(lanes, in.tracks - pack * lanes)));
+        };
+    });
 }
 
 }  // namespace jink::inline JINK_LEVEL

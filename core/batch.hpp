@@ -48,6 +48,17 @@ template <class T> void set_prior(const Composition<T> &c, TrackState<T> &s, int
     set_lane(s.last_accepted, lane_of, time);
 }
 
+// The same for the lanes of a pack, from the batch's priors.
+template <class T>
+void begin_at_prior(const Composition<T> &c, const BatchInput &in, TrackState<T> &s, const std::int64_t *tracks, int used) {
+    const int n = c.reported.n;
+    for (int l = 0; l < used; ++l) {
+        const std::int64_t b = tracks[l], first = in.offsets[b];
+        if (in.offsets[b + 1] > first) set_prior(c, s, l, in.prior_x + b * n, in.prior_P + b * n * n, in.time[first]);
+    }
+    s.settled = all(s.running);
+}
+
 // The status of a lane after a scan.
 template <class T> Status status_of(const TrackState<T> &s, const Outcome<T> &o, int l) {
     if (!lane(s.started, l)) return Status::none;

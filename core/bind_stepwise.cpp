@@ -157,10 +157,11 @@ Out transition_over(bool continuous, const Vector &matrix, int modes, In dt) {
     const Transition<double> transition(modes, continuous, matrix);
     const int tracks = int(dt.size());
     Result pi(tracks, modes, modes);
+    Vector scratch(modes * modes);
     for (int b = 0; b < tracks; ++b) {
         double *to = pi.data + b * modes * modes;
         if (b && dt.data()[b] == dt.data()[b - 1]) std::copy(to - modes * modes, to, to);
-        else transition.over(dt.data()[b], to);
+        else transition.over(dt.data()[b], to, scratch.data());
     }
     return pi.array;
 }

@@ -5,6 +5,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include "engine.hpp"
 #include "live.hpp"
 
 namespace nb = nanobind;
@@ -44,12 +45,6 @@ SensorDeclaration sensor_from(const SensorTuple &t) {
     SensorSpec spec{SensorKind(kind), axes, rows, Vertical(vertical), range_rate, from_north, correlated, {site[0], site[1], site[2]}};
     return {spec, converted, noise, log_extent};
 }
-
-// A filter ready to run: the same declaration for packs (batches) and for one number (one live target).
-struct Engine {
-    std::shared_ptr<const Composition<Pack>> pack;
-    std::shared_ptr<const Composition<double>> scalar;
-};
 
 struct Estimate : Snapshot<double> {
     std::shared_ptr<const Composition<double>> c;
@@ -283,10 +278,12 @@ const char *status_name(Status s) {
 
 void bind_stepwise(nb::module_ &module);    // for models of the user's own
 void bind_population(nb::module_ &module);  // for learning
+void bind_gradient(nb::module_ &module);
 
 NB_MODULE(JINK_MODULE, module) {
     bind_stepwise(module);
     bind_population(module);
+    bind_gradient(module);
     module.def("cpu_level", cpu_level);
     module.attr("lanes") = lanes;
 
@@ -299,7 +296,7 @@ NB_MODULE(JINK_MODULE, module) {
                  Declaration d;
                  for (const auto &m : modes) d.modes.push_back(mode_from(m));
                  for (const auto &s : sensors) d.sensors.push_back(sensor_from(s));
-                 d.continuous = continuous, d.transition = transition, d.mode_probability = mode_probability;
+                 d.continuous = continuous, d.transition = transition, d.initial_probability = mode_probability;
                  d.unscented = unscented, d.unbiased_mixing = unbiased_mixing;
                  d.outlier_share = outlier_share, d.restart_after = restart_after, d.coast = coast;
                  d.start = one_point ? Start::one_point : Start::two_point, d.velocity_variance = velocity_variance;

@@ -1,6 +1,7 @@
 // A filter as it was declared (Declaration), and the same made ready to run on one number type (Composition).
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -70,7 +71,7 @@ struct Declaration {
     std::vector<SensorDeclaration> sensors;
     bool continuous = false;                  // transition is a generator
     std::vector<double> transition;           // modes x modes
-    std::vector<double> mode_probability;     // initial
+    std::vector<double> initial_probability;  // of each mode
     bool unscented = false, unbiased_mixing = false;
     double outlier_share = 0.0;
     int restart_after = 0;                    // rejections in a row; 0 never
@@ -147,18 +148,24 @@ template <class T> struct Sensor {
 };
 
 template <class T> struct Composition {
+    // What a number of a declaration is here; numbers with derivatives know by the address which one it is (numbers.hpp).
+    using Lift = std::function<T(const double &)>;
+
     Declaration declared;
+    Lift lift;
     std::vector<Mode<T>> modes;  // those that run side by side, then the side estimator, if any
     std::vector<Sensor<T>> sensors;
-    Transition<T> transition;
+    Transition<T> switching;
     std::vector<T> initial_probability;
+    T outlier_share, velocity_variance, log_target_share, log_outlier_share;
     StateShape reported;
     int arena_size = 0, carry_size = 0, count = 0;
     bool derived = false;   // some mode lacks a reported component
     bool residuals = false;  // some mode adapts to the residual of the measured position
     bool varying = false;   // some mode's noise or input is not the same in every scan
 
-    explicit Composition(const Declaration &d) : declared(d), reported(d.reported()), count(int(d.modes.size())) {
+    explicit Composition(const Declaration &d, Lift lift_ = splat<T>)
+        : declared(d), lift(std::move(lift_)), reported(d.reported()), count(int(d.modes.size())) {
         if (proposes()) count = d.propose.slots;
         arena_size = 1;  // place 0 holds a zero
         bool alike = true;  // all modes have the same components
@@ -167,14 +174,21 @@ template <class T> struct Composition {
         for (const auto &m : d.side) add_mode(m, true);
         for (auto &m : modes) m.place = arena_size, arena_size += m.size();
         for (int j = 0, prior = 1; j < count; prior += modes[j].shape.n, ++j) lay_out_sources(j, prior);
-        for (const auto &s : d.sensors) sensors.push_back({s.spec, s.converted, numbers(s.noise), s.log_extent});
-        if (!proposes()) transition = Transition<T>(count, d.continuous, numbers(d.transition));
-        initial_probability = numbers(d.mode_probability);
+        for (const auto &s : d.sensors) sensors.push_back({s.spec, s.converted, lifted(s.noise), s.log_extent});
+        outlier_share = lift(d.outlier_share), velocity_variance = lift(d.velocity_variance);
+        log_target_share = logarithm<T>(1.0 - outlier_share), log_outlier_share = logarithm<T>(outlier_share);
+        if (!proposes()) switching = Transition<T>(count, d.continuous, lifted(d.transition));
+        initial_probability = lifted(d.initial_probability);
     }
 
     static std::vector<T> numbers(const std::vector<double> &from) {
         std::vector<T> to;
         for (double value : from) to.push_back(splat<T>(value));
+        return to;
+    }
+    std::vector<T> lifted(const std::vector<double> &from) const {
+        std::vector<T> to;
+        for (const double &value : from) to.push_back(lift(value));
         return to;
     }
     bool proposes() const { return declared.propose.kind != Propose::all; }
@@ -183,8 +197,8 @@ template <class T> struct Composition {
 
     void add_mode(const ModeDeclaration &m, bool alike) {
         Mode<T> mode{m.motion, m.shape, motion_kernels<T>(m.motion, declared.unscented), update_kernels<T>(m.shape),
-                     alike ? mix_kernel<T, true>(m.shape.n) : mix_kernel<T, false>(m.shape.n), numbers(m.parameters), numbers(m.prior_variance), 0, {},
-                     Adaptation<T>(m.adapt, numbers(m.adapt.numbers)), {}, {}, numbers(m.level), m.around_side, carry_size};
+                     alike ? mix_kernel<T, true>(m.shape.n) : mix_kernel<T, false>(m.shape.n), lifted(m.parameters), lifted(m.prior_variance), 0, {},
+                     Adaptation<T>(m.adapt, lifted(m.adapt.numbers)), {}, {}, lifted(m.level), m.around_side, carry_size};
         if (mode.adapt.active()) {
             const MotionKind kind = m.motion.kind;
             const bool other_noise = kind == MotionKind::coordinated_turn || kind == MotionKind::augmented || kind == MotionKind::two_stage;

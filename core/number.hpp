@@ -22,7 +22,9 @@
 #endif
 
 #define JINK_INLINE inline __attribute__((always_inline))
+#ifndef JINK_UNROLL  // numbers with derivatives are too large to unroll: see motion_dual.cpp
 #define JINK_UNROLL _Pragma("GCC unroll 16")
+#endif
 
 namespace jink::inline JINK_LEVEL {
 

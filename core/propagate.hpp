@@ -37,7 +37,7 @@ template <class T> class Propagate {
         last_dt = dt;
         for (int j = 0; j < int(c.modes.size()); ++j)
             prepare(j, dt, c.proposes() && j < c.count ? proposal.parameters(j) : c.modes[j].parameters.data());
-        if (!c.proposes()) c.transition.over(dt, pi.data());
+        if (!c.proposes()) c.switching.over(dt, pi.data(), weights.data());
     }
     const T *coefficient(int j) const { return &coefficients[j * largest_coefficients]; }
     const T *transition() const { return pi.data(); }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 
 #include "batch.hpp"
 #include "transpose.hpp"
@@ -58,6 +60,26 @@ class Rows {
 
     Span span;
 
+    // The lanes' tracks, `used` of them; returns how long the longest is.
+    std::int64_t take(const std::int64_t *tracks, int used) {
+        std::int64_t longest = 0;
+        auto &[first, length] = span;
+        for (int l = 0; l < lanes; ++l) {
+            const std::int64_t b = tracks[std::min(l, used - 1)];
+            first[l] = in.offsets[b];
+            length[l] = l < used ? in.offsets[b + 1] - in.offsets[b] : 0;
+            longest = std::max(longest, length[l]);
+        }
+        suspect = splat_mask<Pack>(false), latest = splat<Pack>(-std::numeric_limits<double>::max());
+        return longest;
+    }
+
+    // After the last scan. Errors: std::invalid_argument naming a row whose time goes back or is none, or that is infinite.
+    void verify(const std::int64_t *tracks, int used) const {
+        if (!any(suspect)) return;
+        for (int l = 0; l < used; ++l) complain(tracks[l]);
+    }
+
     void gather(std::int64_t from, int scans) {
         begun = from;
         for (Stream *stream : {&time, &z, &noise, &input}) stream->gather(span, from, scans);
@@ -78,6 +100,7 @@ class Rows {
         PackMask lengths;
         std::memcpy(&lengths, span.count, sizeof lengths);
         scan.active = lengths > begun + k;
+        look_at(scan);
         if (!in.sensor) return;
         for (int l = 0; l < lanes; ++l)
             which[l] = begun + k < span.count[l] ? in.sensor[span.start[l] + begun + k] : l ? which[0] : 0;
@@ -91,6 +114,32 @@ class Rows {
     std::int64_t begun = 0;
     Stream time, z, noise, input;
     std::int32_t which[lanes];
+
+    Mask<Pack> suspect;
+    Pack latest;
+
+    // Times must not go back within a track, and infinite measurements mean nothing.
+    void look_at(const Scan<Pack> &scan) {
+        const Pack most = splat<Pack>(std::numeric_limits<double>::max());
+        suspect = suspect | (scan.active & inverse((scan.time >= latest) & (scan.time <= most)));
+        for (int r = 0; r < in.columns; ++r) suspect = suspect | (magnitude(scan.z[r]) > most);
+        latest = scan.time;
+    }
+
+    // The row that is wrong, in words.
+    void complain(std::int64_t track) const {
+        const std::int64_t from = in.offsets[track], to = in.offsets[track + 1];
+        for (std::int64_t k = from; k < to; ++k) {
+            const std::string row = "row " + std::to_string(k);
+            if (!std::isfinite(in.time[k])) throw std::invalid_argument("time: " + row + " of track " + std::to_string(track) + " is not a time");
+            if (k > from && in.time[k] < in.time[k - 1])
+                throw std::invalid_argument("time: " + row + " of track " + std::to_string(track) +
+                                            " lies before the row before it; rows of a track must be in the order of time");
+            for (int r = 0; r < in.columns; ++r)
+                if (std::isinf(in.z[k * in.columns + r]))
+                    throw std::invalid_argument("z: " + row + " is infinite; a missing component is NaN or None");
+        }
+    }
 };
 
 // One kind of result on its way out: a block of scans in packs, turned into the rows of each track.

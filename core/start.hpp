@@ -7,7 +7,7 @@ namespace jink::inline JINK_LEVEL {
 
 // From one position: no velocity unless it was measured, and each further component from its prior.
 template <class T> void start(const Composition<T> &c, TrackState<T> &s, const Fix<T> &fix, Mask<T> fresh) {
-    const T zero = splat<T>(0.0), spread = splat<T>(c.declared.velocity_variance);
+    const T zero = splat<T>(0.0), spread = c.velocity_variance;
     for (int j = 0; j < int(c.modes.size()); ++j) {
         const Mode<T> &mode = c.modes[j];
         const int axes = mode.shape.axes, block = mode.shape.block;

@@ -247,8 +247,7 @@ template <class T> class Step {
     // A measurement is either the target's, with the innovation's density over all modes, or an outlier, uniform over the
     // sensor's extent. The likelihood is that of the mixture; at run time the likelier of the two is believed.
     void gate(TrackState<T> &s, T log_outlier, Outcome<T> &out) {
-        const double share = c.declared.outlier_share;
-        const T target = out.log_likelihood + std::log1p(-share), outlier = log_outlier + std::log(share);
+        const T target = out.log_likelihood + c.log_target_share, outlier = log_outlier + c.log_outlier_share;
         const T high = larger<T>(target, outlier), low = smaller<T>(target, outlier);
         const T mixture = high + logarithm<T>(1.0 + exponential<T>(low - high));
         out.log_likelihood = select<T>(out.measured, mixture, out.log_likelihood);

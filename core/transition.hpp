@@ -28,7 +28,8 @@ template <class T> class Transition {
         }
     }
 
-    void over(T dt, T *out) const {
+    // `scratch` has room for a matrix.
+    void over(T dt, T *out, T *scratch) const {
         if (!continuous_time) {
             const Mask<T> elapsed = dt > splat<T>(0.0);
             for (int i = 0; i < m * m; ++i)
@@ -49,9 +50,8 @@ template <class T> class Transition {
             for (int k = terms - 2; k >= 0; --k) sum = sum * t + powers[k * m * m + i];
             out[i] = sum * decay;
         }
-        scratch.resize(m * m);
         while (squarings-- > 0) {
-            multiply(out, out, scratch.data());
+            multiply(out, out, scratch);
             for (int i = 0; i < m * m; ++i) out[i] = select<T>(halved[squarings], scratch[i], out[i]);
         }
     }
@@ -62,7 +62,6 @@ template <class T> class Transition {
     bool continuous_time = false;
     T rate{};
     std::vector<T> pi, powers;
-    mutable std::vector<T> scratch;
 
     void multiply(const T *a, const T *b, T *out) const {
         for (int i = 0; i < m; ++i)

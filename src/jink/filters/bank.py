@@ -116,6 +116,11 @@ class Bank:
         return getattr(self._engine, "components", None) or component_names(self.motions, self.axes)
 
     @property
+    def numbers(self) -> Array:
+        """The numbers the engine runs on, those it can be differentiated by; see :mod:`jink.learn.gradient`."""
+        return np.asarray(_engine.native.numbers(self._engine))
+
+    @property
     def modes(self) -> tuple[str, ...]:
         """What the columns of mode_probability are."""
         return mode_names(self.motions)

@@ -56,9 +56,9 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
 }
 
 
-def save(bank: "Bank", path: str | os.PathLike[str]) -> None:
-    """Write a filter. Errors: TypeError for a model of the user's own, which is code and cannot be saved."""
-    write({"jink": "filter", "version": VERSION, "units": "SI", **described(bank)}, path)
+def save(bank: "Bank", path: str | os.PathLike[str], **more: Any) -> None:
+    """Write a filter, with more entries to keep with it, if any. Errors: TypeError for a model of your own, which is code."""
+    write({"jink": "filter", "version": VERSION, "units": "SI", **described(bank), **more}, path)
 
 
 def write(body: dict[str, Any], path: str | os.PathLike[str]) -> None:

@@ -56,18 +56,19 @@ def read(text: str, path: str) -> Any:
     if body.get("units") != "SI":
         raise ValueError(f"{path}: units {body.get('units')!r}; expected SI")
     try:
-        return _built(body)
+        return built(body)
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _built(body: dict[str, Any]) -> Any:
+def built(body: dict[str, Any]) -> Any:
+    """The filter of a description. Errors: ValueError, TypeError or KeyError for what is wrong with it."""
     kind = body.get("filter")
     if kind not in ARGUMENTS:
         raise ValueError(f"filter {kind!r} is none of {', '.join(ARGUMENTS)}")
     named = {name: declared(body[name]) for name in ARGUMENTS[kind] if name in body}
     if kind == "Aided":
-        return Aided(_built(body["of"]), **named)
+        return Aided(built(body["of"]), **named)
     motions, sensors = [declared(m) for m in body["motions"]], [declared(s) for s in body["sensors"]]
     if kind in SINGLE:
         return SINGLE[kind](*motions, sensors, **named)

@@ -1,1 +1,1 @@
-"""How parameters are found: fuzzy rules by evolution, correctors and noise networks by gradients."""
+"""How parameters are found: by gradients through the filter, fuzzy rules by evolution, networks on residuals."""

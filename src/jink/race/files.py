@@ -16,7 +16,8 @@ from .entrants import Entrant
 def from_file(path: str, purpose: Purpose, seed: int, runs: int) -> Entrant:
     """A filter written by ``save``, if it suits the sensor.
 
-    The file may say what it was fitted on: "fitted": {"scenario", "seed", "runs"}. Errors: InputError.
+    The file may say what it was fitted on: "fitted": {"scenario", "seed", "runs", "apart"}; apart: from which races its data
+    are kept, "all" of them or those of the same "seed". Errors: InputError.
     """
     try:
         filter = load(path)
@@ -31,9 +32,14 @@ def from_file(path: str, purpose: Purpose, seed: int, runs: int) -> Entrant:
         words=words,
         filter=filter,
         fitted=f"{fitted.get('runs', 'some')} runs of seed {fitted.get('seed', '?')}" if here else "",
-        in_sample=here and fitted.get("seed") == seed,
+        in_sample=here and _in_sample(fitted, seed),
         note=note,
     )
+
+
+def _in_sample(fitted: dict[str, Any], seed: int) -> bool:
+    same, apart = fitted.get("seed") == seed, fitted.get("apart")
+    return False if apart == "all" else not same if apart == "seed" else same
 
 
 def suits(filter: Any, purpose: Purpose, path: str) -> str:

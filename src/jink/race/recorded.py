@@ -7,7 +7,7 @@ scans take the place of parts as the units that differences are paired over.
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,13 +75,14 @@ def race_on_file(
     columns: Mapping[str, str] | None = None,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
+    guests: Sequence[Entrant] = (),
 ) -> Race:
-    """See :func:`jink.compare.compare`. Errors: InputError where no row can be scored."""
+    """See :func:`jink.compare.compare`; guests take part beside the named ones. Errors: InputError where no row can be scored."""
     if kind not in KINDS:
         raise InputError(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
     recording, rows, skipped_rows = read(path, kind, seed, columns)
-    purpose = _purpose(path, recording, kind)
-    entrants: dict[str, Entrant] = {}
+    purpose = purpose_of(path, recording, kind)
+    entrants: dict[str, Entrant] = {guest.name: guest for guest in guests}
     skipped = {"rows": f"{skipped_rows} rows in another number of axes"} if skipped_rows else {}
     for name in names:
         try:
@@ -125,7 +126,16 @@ def race_on_file(
 def read(
     path: str, kind: str, seed: int, columns: Mapping[str, str] | None = None
 ) -> tuple[Recording, int, int]:
-    """Clean and place a file as ``jink track`` does; recording, rows of it, rows left out. Errors: InputError."""
+    """A file's recording, rows of it, rows left out. Errors: InputError."""
+    group, sensor, covariance, left_out = prepared(path, kind, columns)
+    return split(group, sensor, covariance, seed), len(group.time), left_out
+
+
+def prepared(
+    path: str, kind: str, columns: Mapping[str, str] | None = None
+) -> tuple[Placed, Any, Array | None, int]:
+    """Clean and place a file as ``jink track`` does: the larger group of rows, their sensor and (if it differs) the noise of
+    each, and how many rows are in another number of axes. Errors: InputError."""
     measurements = load_files([path], Reading(columns)).measurements
     how = Cleaning(usual_gap(measurements.rows, kind), 4, True, True, True)
     cleaned = clean(measurements.rows, measurements.position, how)
@@ -137,11 +147,10 @@ def read(
     begin_with_height(group, level.covariance)
     sensor = sensor_of(group.components, level.typical)
     covariance = None if level.uniform else level.covariance
-    recording = _split(group, sensor, covariance, seed)
-    return recording, len(group.time), sum(len(g.time) for g in groups) - len(group.time)
+    return group, sensor, covariance, sum(len(g.time) for g in groups) - len(group.time)
 
 
-def _split(group: Placed, sensor: Any, covariance: Array | None, seed: int) -> Recording:
+def split(group: Placed, sensor: Any, covariance: Array | None, seed: int) -> Recording:
     offsets, n = group.offsets, len(group.time)
     of_part = np.cumsum(group.new) - 1
     since = np.arange(n) - offsets[of_part]
@@ -161,7 +170,7 @@ def _split(group: Placed, sensor: Any, covariance: Array | None, seed: int) -> R
     )  # fmt: skip
 
 
-def _purpose(path: str, recording: Recording, kind: str) -> Purpose:
+def purpose_of(path: str, recording: Recording, kind: str) -> Purpose:
     def loss(filter: Any) -> float:
         estimate = filter.filter(**recording.keywords(), outputs=("log_likelihood_scan", "status"))
         rows = recording.fitting & ((estimate.status == UPDATED) | (estimate.status == GATED))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -58,13 +58,14 @@ def race(
     first: int = FIRST,
     more: Mapping[str, Callable[[Purpose], Named]] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    guests: Sequence[Entrant] = (),
 ) -> Race:
-    """See :func:`jink.compare.compare`; more: filters beside ``FILTERS``, made as those are."""
+    """See :func:`jink.compare.compare`; more: filters beside ``FILTERS``, made as those are; guests take part as they are."""
     if isinstance(source, Scenario):
         source = drawn(source, runs, seed)
     scenario, runs = source.scenario, source.runs
     field = prepare(source, first)
-    entrants: dict[str, Entrant] = {}
+    entrants: dict[str, Entrant] = {guest.name: guest for guest in guests}
     skipped: dict[str, str] = {}
     entering: list[str] = [*names, *(name for name in more or {} if name not in names)]
     for name in entering:

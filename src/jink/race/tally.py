@@ -143,6 +143,8 @@ class Tally:
 
     def influence(self, name: str) -> tuple[float, Array]:
         """The figure and each group's influence on it, (groups that had a run,)."""
+        if name.startswith("normalised_"):
+            return self._normalised(name.removeprefix("normalised_"))
         if name not in self.totals:
             return math.nan, np.full(int((self.runs > 0).sum()), math.nan)
         used = self.runs > 0
@@ -161,20 +163,24 @@ class Tally:
 
     def normalised(self, quantity: str) -> Figure:
         """lee-2003's ζ, as :func:`jink.metrics.normalised_error` from sums."""
+        value, influence = self._normalised(quantity)
+        return NAN if math.isnan(value) else Figure(value, spread(influence))
+
+    def _normalised(self, quantity: str) -> tuple[float, Array]:
         if f"{quantity}_error" not in self.curves:
-            return NAN
+            return math.nan, np.full(1, math.nan)
         a, b = (self.curves[f"{quantity}_{each}"] for each in ("error", "noise"))
         kept = self.curves["runs"][:, 0] > 0
         a, b = a[kept], b[kept]
         used = b.sum(axis=0) > 0
         if not used.any():
-            return NAN
+            return math.nan, np.full(1, math.nan)
         a, b = a[:, used], b[:, used]
         mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
         scan = np.sqrt(mean_a / mean_b)
         with np.errstate(invalid="ignore", divide="ignore"):
             relative = np.where(mean_a > 0, (a - mean_a) / mean_a, 0.0) - (b - mean_b) / mean_b
-        return Figure(float(scan.mean()), spread((scan / 2 * relative).mean(axis=1)))
+        return float(scan.mean()), (scan / 2 * relative).mean(axis=1)
 
     def cost(self) -> Figure:
         """Wall-clock µs per update: median over chunks; standard error of a median."""

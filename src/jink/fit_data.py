@@ -1,0 +1,250 @@
+"""What a filter is fitted on: training runs of scenarios, or the fitting half of recorded tracks, with truth if there is any."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .arguments import Array
+from .io.errors import InputError
+from .learn.gradient import Tracks
+from .named import Purpose
+from .race.entrants import Entrant
+from .race.recorded import Recording, purpose_of, prepared, race_on_file, split
+from .race.result import Race
+from .race.simulated import FIRST, prepare, race
+from .scenarios import Scenario, by_name
+from .sensor import Position, PositionVelocity
+
+FITTING = 1 << 41  # numbers of the runs fitted on begin here: no race reaches them, nor its training runs
+ALSO = ("raw", "kalman-cv", "kalman-ca", "imm")
+SIMULATED_TRUTH = {
+    **{f"p{a}": f"true_{a}" for a in "xyz"},
+    **{f"v{a}": f"true_velocity_{a}" for a in "xyz"},
+}
+MISPLACED = 10.0  # times the measurement's sd that the truth may lie off, in the median
+
+
+@dataclass(frozen=True, kw_only=True)
+class Training:
+    """tracks to fit on; the purpose that filters are made for; check(entrants): a race on data held out; apart: what keeps
+    the two from meeting, as a filter's file says it; words for people."""
+
+    name: str
+    words: str
+    tracks: Tracks
+    purpose: Purpose
+    check: Callable[[Sequence[Entrant]], Race]
+    runs: int
+    apart: str
+    unit: str
+    held_out: Tracks | None = None
+
+
+def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_runs: int) -> Training:
+    """Training draws of one scenario or several of the same axes. Errors: InputError."""
+    try:
+        scenarios = [each if isinstance(each, Scenario) else by_name(each) for each in names]
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    first = prepare(scenarios[0], seed, FIRST)
+    apart = first.purpose.per_axis and len(scenarios) == 1 and isinstance(first.purpose.seen, Position)
+    parts = [_simulated(s, runs, seed, f, apart) for f, s in enumerate(scenarios)]
+    axes = {part.z.shape[1] for part in parts}
+    if len(axes) > 1:
+        raise InputError(
+            f"{', '.join(s.name for s in scenarios)}: are seen in different numbers of components"
+        )
+    name = ",".join(s.name for s in scenarios)
+
+    def check(entrants: Sequence[Entrant]) -> Race:
+        return race(scenarios[0], list(ALSO), check_runs, seed, guests=entrants)
+
+    return Training(
+        name=name,
+        words=f"{name}: {runs} training runs of each",
+        tracks=joined(parts, keep_noise=len(parts) > 1),
+        purpose=first.purpose,
+        check=check,
+        runs=runs,
+        apart="all",
+        unit="runs",
+    )
+
+
+def _simulated(scenario: Scenario, runs: int, seed: int, family: int, apart: bool) -> Tracks:
+    made = scenario.simulate(np.arange(FITTING, FITTING + runs), seed)
+    sensor = scenario.observation.sensor
+    axes = 1 if apart else int(sensor.axes or 2)
+    B, S = made.time.shape
+    kinds = {"p": made.truth.position, "v": made.truth.velocity}
+    copies = made.z.shape[2] if apart else 1
+    counts = np.tile(np.arange(S) >= min(FIRST, S - 1), B * copies)
+    common: dict[str, Any] = {"counts": counts, "family": np.full(B * copies, family)}
+    owner = np.repeat(made.runs + (family << 44), copies)
+    if apart:
+        truth = np.stack([np.swapaxes(kinds[c], 1, 2).reshape(-1) for c in "pv"], axis=1)
+        z = np.ascontiguousarray(np.swapaxes(made.z, 1, 2).reshape(-1, 1))
+        time, components = np.repeat(made.time, copies, axis=0).reshape(-1), ("px", "vx")
+    else:
+        truth = np.concatenate([kinds[c][..., :axes].reshape(B * S, -1) for c in "pv"], axis=1)
+        z, time = made.z.reshape(B * S, -1), made.time.reshape(-1)
+        seen = "xyz"[: min(axes, kinds["p"].shape[2])]
+        components = tuple(c + a for c in "pv" for a in seen)
+    noise = None
+    native = sensor.native()
+    if isinstance(sensor, Position | PositionVelocity) and not native[6]:
+        noise = np.broadcast_to(np.array(native[9][: z.shape[1]]), z.shape)
+    return Tracks(
+        time,
+        z,
+        np.arange(B * copies + 1) * S,
+        noise,
+        truth=truth,
+        components=components,
+        owner=owner,
+        **common,
+    )
+
+
+def joined(parts: Sequence[Tracks], *, keep_noise: bool) -> Tracks:
+    """Tracks laid end to end; each row's noise is kept only where sensors differ."""
+
+    def all_of(name: str) -> Any:
+        each = [getattr(part, name) for part in parts]
+        return None if any(a is None for a in each) else np.concatenate(each)
+
+    offsets = [0]
+    for part in parts:
+        offsets += [offsets[-1] + int(end) for end in part.offsets[1:]]
+    names = ("time", "z", "truth", "counts", "owner", "family")
+    noise = all_of("covariance") if keep_noise else None
+    return Tracks(
+        offsets=np.array(offsets),
+        covariance=noise,
+        components=parts[0].components,
+        **{n: all_of(n) for n in names},
+    )
+
+
+def from_file(
+    path: str, kind: str, seed: int, columns: Mapping[str, str] | None, truth: Mapping[str, str] | None
+) -> Training:
+    """The fitting half of a file's tracks, as ``jink compare`` splits them. Errors: InputError."""
+    group, sensor, covariance, _ = prepared(path, kind, columns)
+    recording = split(group, sensor, covariance, seed)
+    purpose = purpose_of(path, recording, kind)
+    true = None if truth is None else true_values(path, group.rows["row"].to_numpy(), truth)
+    components = () if truth is None else tuple(truth)
+    if true is not None:
+        check_truth(true, components, recording)
+    targets = np.unique(group.rows["target"].to_numpy(), return_inverse=True)[1]
+    everything = Tracks(
+        recording.time, recording.z, recording.offsets, recording.covariance, truth=true, components=components,
+        counts=recording.fitting, owner=targets[recording.offsets[:-1]],
+    )  # fmt: skip
+    fitting = _fitting(everything, recording)
+    if np.nanmax(np.abs(fitting.z - fitting.z[:1]), initial=0.0) == 0.0:
+        raise InputError(f"{path}: the positions never change; there is nothing to fit")
+
+    def check(entrants: Sequence[Entrant]) -> Race:
+        return race_on_file(path, list(ALSO), kind=kind, columns=columns, seed=seed, guests=entrants)
+
+    return Training(
+        name=path,
+        words=f"{path}: {len(fitting)} parts of tracks, {fitting.rows:,} rows",
+        tracks=fitting,
+        purpose=purpose,
+        check=check,
+        runs=len(fitting),
+        apart="seed",
+        unit=recording.units,
+        held_out=_held_out(everything, recording),
+    )
+
+
+def _fitting(tracks: Tracks, recording: Recording) -> Tracks:
+    """Parts with rows to fit on; where time is split, without the rows after the last of these."""
+    first = tracks.offsets[:-1]
+    last = np.array([_last(recording.fitting[a:b]) for a, b in zip(first, tracks.offsets[1:], strict=True)])
+    kept = np.flatnonzero(last >= 0)
+    if not kept.size:
+        raise InputError("there are no rows to fit on: every part of a track is shorter than 4 rows")
+    rows = np.concatenate([np.arange(first[b], first[b] + last[b] + 1) for b in kept])
+    cut = {
+        name: None if getattr(tracks, name) is None else getattr(tracks, name)[rows]
+        for name in ("time", "z", "covariance", "truth", "counts")
+    }
+    owner = None if tracks.owner is None else tracks.owner[kept]
+    return Tracks(
+        offsets=np.r_[0, np.cumsum(last[kept] + 1)], components=tracks.components, owner=owner, **cut
+    )
+
+
+def _last(fitting: np.ndarray) -> int:
+    there = np.flatnonzero(fitting)
+    return int(there[-1]) if there.size else -1
+
+
+def _held_out(tracks: Tracks, recording: Recording) -> Tracks:
+    """All rows of the parts that are scored, those that are counting."""
+    scored = np.add.reduceat(recording.scored.astype(int), tracks.offsets[:-1]) > 0
+    whole = Tracks(**{**vars(tracks), "counts": recording.scored})
+    return whole.some(np.flatnonzero(scored))
+
+
+def parse_truth(given: str | None, axes: str = "xyz") -> dict[str, str] | None:
+    """`px=true_x,vx=true_velocity_x` to component and column; `true`: the columns that jink simulate writes."""
+    if given is None:
+        return None
+    if given == "true":
+        return {name: column for name, column in SIMULATED_TRUTH.items() if name[1] in axes}
+    pairs: dict[str, str] = {}
+    for item in given.split(","):
+        name, equals, column = (text.strip() for text in item.partition("="))
+        if not equals or not column or name not in SIMULATED_TRUTH:
+            raise InputError(
+                f"--truth: {item!r} is not COMPONENT=COLUMN, for example px=true_x,vx=true_velocity_x, "
+                "or the word true for the columns that jink simulate writes"
+            )
+        pairs[name] = column
+    return pairs
+
+
+def true_values(path: str, row: np.ndarray, truth: Mapping[str, str]) -> Array:
+    """Columns of a file (N, c) at its rows."""
+    from .io.files import open_table
+
+    table = open_table(Path(path))
+    missing = [name for name in truth.values() if name not in table.names]
+    if missing:
+        raise InputError(f"--truth: {path} has no column {missing[0]!r}; it has {', '.join(table.names)}")
+    frame, _ = table.read(sorted(set(truth.values())))
+    at = np.full(int(row.max()) + 1, -1)
+    numbers = frame["row"].to_numpy()
+    used = numbers <= row.max()
+    at[numbers[used]] = np.flatnonzero(used)
+    return np.stack(
+        [frame[name].cast(float).fill_null(np.nan).to_numpy()[at[row]] for name in truth.values()], axis=1
+    )
+
+
+def check_truth(truth: Array, components: Sequence[str], recording: Recording) -> None:
+    """Errors: InputError where the truth lies nowhere near the measurements."""
+    if not isinstance(recording.sensor, Position):
+        raise InputError("--truth: is compared with positions in metres; this file measures something else")
+    sd = np.sqrt(recording.sensor.native()[9])
+    for k, name in enumerate(components):
+        axis = "xyz".index(name[1])
+        if name[0] != "p" or axis >= recording.z.shape[1]:
+            continue
+        off = np.nanmedian(np.abs(truth[:, k] - recording.z[:, axis]))
+        if not off <= MISPLACED * sd[axis]:
+            raise InputError(
+                f"--truth: {name} lies {off:.3g} m from the measured position in the median, whose sd is {sd[axis]:.3g} m; "
+                "is it the truth of these targets, in the same coordinates?"
+            )

@@ -1,0 +1,191 @@
+"""What came of a fit: parameters with intervals, the race on held-out data, and what has to be said about both."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .arguments import Array
+from .fit_data import Training
+from .learn.gradient import Tracks, differentiable
+from .learn.objectives import NotFinite, Objective
+from .learn.optimise import FARTHEST, Found
+from .learn.parameters import Parameters
+from .learn.uncertainty import standard_errors
+from .race.entrants import Entrant
+from .race.result import Race
+
+FITTED, START = "fitted", "before"
+RIVALS = (START, "imm", "kalman-cv", "kalman-ca")
+VAGUE = 1.0  # sd of u: a factor of e either way
+FEW_ROWS, FEW_OWNERS = 50, 10  # per parameter; targets or runs
+BAND = (0.90, 0.98)  # the share of NIS inside its 95% band that passes for consistent
+# what a fit is judged by, the first of these that the race has; the rest is said as well
+JUDGED = {
+    "tracking": ("position_rmse", "velocity_rmse"),
+    "normalised": ("normalised_position", "normalised_velocity"),
+    "likelihood": ("prediction_score",),
+    "prediction": ("prediction_rmse", "position_rmse"),
+}
+
+
+@dataclass(kw_only=True)
+class Fit:
+    """filter: the fitted one; start: where it began, under its name; u, sd (P,) of the parameters' scales; figures of the
+    objective on the training data before and after; race on data held out; warnings; partial: cut short."""
+
+    filter: Any
+    start: Any
+    name: str
+    parameters: Parameters
+    u: Array
+    sd: Array
+    objective: str
+    before: float
+    after: float
+    race: Race
+    training: str
+    record: dict[str, Any]
+    evaluations: int
+    seconds: float
+    partial: bool
+    warnings: list[str] = field(default_factory=list)
+
+    @classmethod
+    def made(
+        cls, training: Training, name: str, start: Any, parameters: Parameters, objective: Objective, tracks: Tracks,
+        found: Found, *, seed: int,
+    ) -> Fit:  # fmt: skip
+        """Check a search's result on the data held out."""
+        filter = parameters.filter(found.u)
+        sd = np.full(len(parameters), np.nan)
+        if differentiable(filter):
+            try:
+                sd = standard_errors(parameters, objective, found.u, tracks, seed=seed).sd
+            except NotFinite:
+                sd = np.full(len(parameters), np.inf)
+        fitted = Entrant(name=FITTED, words=f"{name}, fitted", filter=filter, fitted=training.words)
+        before = Entrant(name=START, words=f"{name} as it was", filter=start)
+        race = training.check([fitted, before] if name != "imm" else [fitted])
+        if name == "imm":
+            race.entrants[START], race.tallies[START] = race.entrants["imm"], race.tallies["imm"]
+            del race.entrants["imm"], race.tallies["imm"]
+        fit = cls(
+            filter=filter, start=start, name=name, parameters=parameters, u=found.u, sd=sd, objective=objective.name,
+            before=objective.value(start, tracks), after=found.value, race=race, training=training.words,
+            record={"scenario": training.name, "seed": seed, "runs": training.runs, "apart": training.apart},
+            evaluations=found.evaluations, seconds=found.seconds, partial=found.partial,
+        )  # fmt: skip
+        fit.warnings = warnings_of(fit, training, tracks)
+        return fit
+
+    def table(self) -> list[dict[str, Any]]:
+        """Each parameter: name, before, after, and the 95% interval in its own units (None: unknown)."""
+        before, after = (self.parameters.values(u) for u in (self.parameters.start, self.u))
+        low, high = (self.parameters.values(_within(self.u, sign * 1.96 * self.sd)) for sign in (-1, 1))
+        return [
+            {
+                "parameter": name,
+                "before": before[name],
+                "after": after[name],
+                "low": min(low[name], high[name]) if math.isfinite(self.sd[k]) else None,
+                "high": max(low[name], high[name]) if math.isfinite(self.sd[k]) else None,
+            }
+            for k, name in enumerate(self.parameters.names)
+        ]
+
+    def verdicts(self) -> list[str]:
+        """The fitted filter against each rival, in every metric compared, with the paired 95% interval."""
+        lines = []
+        for other in RIVALS:
+            if other not in self.race.tallies:
+                continue
+            said = []
+            for metric in dict.fromkeys([*self.judged, *self.race.compared]):
+                c = self.race.compare(FITTED, other, metric)
+                if math.isfinite(c.difference):
+                    word = {"better": "better", "worse": "worse", "undecided": "no gain"}[c.verdict]
+                    said.append(f"{WORDS[metric]} {word} ({c.low:+.3g} … {c.high:+.3g}{UNITS[metric]})")
+            if said:
+                lines.append(f"against {other}: {'; '.join(said)}")
+        return lines
+
+    @property
+    def judged(self) -> list[str]:
+        """The metrics that the objective is about."""
+        found = [m for m in JUDGED[self.objective] if m in self.race.metrics]
+        return found[:1] if self.objective == "prediction" else found
+
+    @property
+    def gain(self) -> bool:
+        """Do the paired intervals say that the fitted filter is better than it was, in what it was fitted for, and not worse?"""
+        found = [self.race.compare(FITTED, START, metric).verdict for metric in self.judged]
+        return "better" in found and "worse" not in found
+
+    def save(self, path: str | Path) -> None:
+        """Write the fitted filter, with what it was fitted on, for ``jink.load``, ``jink track --filter``, ``jink compare``."""
+        self.filter.save(
+            path, fitted={**self.record, "objective": self.objective, "parameters": self.table()}
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers, as ``--json`` writes them."""
+        return {
+            "training": self.training, "filter": self.name, "objective": self.objective, "before": self.before,
+            "after": self.after, "parameters": self.table(), "gain": self.gain, "verdicts": self.verdicts(),
+            "warnings": self.warnings, "partial": self.partial, "evaluations": self.evaluations, "seconds": self.seconds,
+            "held_out": self.race.as_dict(),
+        }  # fmt: skip
+
+
+WORDS = {
+    "normalised_position": "normalised position",
+    "normalised_velocity": "normalised velocity",
+    "position_rmse": "position",
+    "velocity_rmse": "velocity",
+    "log_score": "log score",
+    "prediction_rmse": "prediction",
+    "prediction_score": "log-likelihood per plot",
+}
+UNITS = {
+    "normalised_position": "",
+    "normalised_velocity": "",
+    "position_rmse": " m",
+    "velocity_rmse": " m/s",
+    "log_score": "",
+    "prediction_rmse": " m",
+    "prediction_score": "",
+}
+
+
+def _within(u: Array, step: Array) -> Array:
+    return u + np.clip(np.nan_to_num(step, nan=0.0, posinf=FARTHEST, neginf=-FARTHEST), -FARTHEST, FARTHEST)
+
+
+def warnings_of(fit: Fit, training: Training, tracks: Tracks) -> list[str]:
+    """What a reader must know before using the fitted filter."""
+    said = []
+    P = len(fit.parameters)
+    owners = len(tracks) if tracks.owner is None else len(np.unique(tracks.owner))
+    if tracks.rows < FEW_ROWS * P or owners < FEW_OWNERS:
+        said.append(f"little data: {tracks.rows:,} rows of {owners} targets or runs for {P} parameters")
+    vague = [n for n, sd in zip(fit.parameters.names, fit.sd, strict=True) if not np.isnan(sd) and sd > VAGUE]
+    if vague:
+        said.append(f"the data hardly say: {', '.join(vague)} (standard error above a factor of e)")
+    far = np.abs(fit.u - fit.parameters.start) > FARTHEST - 0.1
+    if far.any():
+        said.append(f"at the end of its range: {', '.join(np.array(fit.parameters.names)[far])}")
+    if fit.partial:
+        said.append("cut short: these are the best parameters so far")
+    inside = fit.race.figure(FITTED, "nis_inside").value
+    if math.isfinite(inside) and not BAND[0] <= inside <= BAND[1]:
+        word = "over-confident" if inside < BAND[0] else "under-confident"
+        said.append(f"{word}: {100 * inside:.1f}% of the held-out NIS lie inside their 95% band")
+    if not fit.gain:
+        worse = any(fit.race.compare(FITTED, START, m).verdict == "worse" for m in fit.judged)
+        said.append("worse than before on held-out data" if worse else "no gain over before on held-out data")
+    return said

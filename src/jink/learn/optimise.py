@@ -1,0 +1,171 @@
+"""The search for the parameters: L-BFGS-B with exact gradients, from several starts, on ever more of the tracks."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array
+from .evolution import evolve
+from .gradient import Tracks, differentiable
+from .objectives import NotFinite, Objective
+from .parameters import Parameters
+
+WEAK = (
+    3.0  # sd of the prior on every u: parameters stay within a factor of some hundreds of where they started
+)
+FARTHEST = 12.0  # and never leave this
+SMALLEST, GROWTH = 6_000, 4  # rows of the first batch of tracks, and how it grows
+SHORT, LONG = 20, 200  # steps of a descent from each start, and from the best of them
+SCATTER = 1.0  # sd of the other starts, in u
+CLOSE = 0.05  # of the total log-likelihood (or what stands for it): a step that gains less ends a descent
+
+
+@dataclass
+class State:
+    """Where a search stands: what a checkpoint keeps."""
+
+    stage: int = 0  # batches done
+    u: list[float] = field(default_factory=list)
+    value: float = np.inf  # of the batch of this stage, the prior in it
+    evaluations: int = 0
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Found:
+    """u (P,); the figure there on all training tracks, prior left out; whether the search was cut short."""
+
+    u: Array
+    value: float
+    evaluations: int
+    partial: bool
+    seconds: float
+
+
+class OutOfTime(Exception):
+    """The budget is used up."""
+
+
+@dataclass
+class Search:
+    """One fit. keep(state) is called now and then, report(words, done, total) more often."""
+
+    parameters: Parameters
+    objective: Objective
+    tracks: Tracks
+    starts: int = 3
+    seed: int = 0
+    deadline: float = np.inf
+    state: State = field(default_factory=State)
+    keep: Callable[[State], None] | None = None
+    report: Callable[[str, int, int], None] | None = None
+
+    def run(self) -> Found:
+        """Search until it is done, the deadline has passed or Ctrl-C; the best so far is kept.
+
+        Errors: NotFinite if the figure is no number where the search begins.
+        """
+        began, before = clock.perf_counter(), self.state.seconds
+        batches = list(self.batches())
+        partial = False
+        try:
+            for stage in range(self.state.stage, len(batches)):
+                self._stage(batches[stage], stage, len(batches))
+                self.state.stage = stage + 1
+                self.state.seconds = before + clock.perf_counter() - began
+                self._kept(force=True)
+        except (KeyboardInterrupt, OutOfTime):
+            partial = True
+        u = np.array(self.state.u if self.state.u else self.parameters.start)
+        value = self.objective.value(self.parameters.filter(u), self.tracks)
+        seconds = before + clock.perf_counter() - began
+        return Found(u, value, self.state.evaluations, partial, seconds)
+
+    def batches(self) -> Any:
+        """Ever more owners' tracks, in one random order; the last batch is all."""
+        owner = np.arange(len(self.tracks)) if self.tracks.owner is None else self.tracks.owner
+        names = np.random.default_rng(self.seed).permutation(np.unique(owner))
+        rank = np.empty(len(names), int)
+        rank[np.searchsorted(np.unique(owner), names)] = np.arange(len(names))
+        order = rank[np.searchsorted(np.unique(owner), owner)]
+        length, size = np.diff(self.tracks.offsets), SMALLEST
+        rows = np.cumsum(np.bincount(order, weights=length))
+        while size < self.tracks.rows / 2:
+            yield self.tracks.some(np.flatnonzero(order <= np.searchsorted(rows, size)))
+            size *= GROWTH
+        yield self.tracks
+
+    def _stage(self, tracks: Tracks, stage: int, stages: int) -> None:
+        words = f"{tracks.rows:,} rows"
+        begin = np.array(self.state.u) if self.state.u else self.parameters.start
+        self.state.value = np.inf
+        if stage > 0 or not differentiable(self.parameters.filter(self.parameters.start)):
+            self._descend(begin, tracks, words, LONG, stage, stages)
+            return
+        rng = np.random.default_rng(self.seed)
+        self._descend(begin, tracks, words, SHORT, stage, stages)
+        for _ in range(self.starts - 1):
+            other = self.parameters.start + SCATTER * rng.standard_normal(len(begin))
+            self._descend(other, tracks, words, SHORT, stage, stages)
+        self._descend(np.array(self.state.u), tracks, words, LONG, stage, stages)
+
+    def _descend(self, begin: Array, tracks: Tracks, words: str, steps: int, stage: int, stages: int) -> None:
+        if not differentiable(self.parameters.filter(begin)):
+            evolve(
+                lambda u: self._plain(u, tracks, words, stage, stages), begin, evaluations=100 * len(begin)
+            )
+            return
+        from scipy.optimize import minimize
+
+        start = self.parameters.start
+        close = CLOSE / max(float(np.isfinite(tracks.z).any(axis=1).sum()), 1.0)
+        minimize(
+            lambda u: self._evaluated(u, tracks, words, stage, stages), begin, jac=True, method="L-BFGS-B",
+            bounds=list(zip(start - FARTHEST, start + FARTHEST, strict=True)),
+            options={"maxiter": steps, "ftol": close, "gtol": 1e-6, "maxls": 20},
+        )  # fmt: skip
+
+    def _evaluated(
+        self, u: Array, tracks: Tracks, words: str, stage: int, stages: int
+    ) -> tuple[float, Array]:
+        try:
+            found = self.objective.evaluate(self.parameters, u, tracks)
+        except (NotFinite, ValueError):
+            if not np.isfinite(self.state.value):
+                raise
+            return self.state.value + 1e3, np.zeros(len(u))
+        away = u - self.parameters.start
+        value = found.value + 0.5 * float(away @ away) / (WEAK**2 * found.count)
+        self._count(u, value, words, stage, stages)
+        return value, found.slope + away / (WEAK**2 * found.count)
+
+    def _plain(self, u: Array, tracks: Tracks, words: str, stage: int, stages: int) -> float:
+        away = u - self.parameters.start
+        if np.abs(away).max() > FARTHEST:
+            return np.inf
+        value = self.objective.value(self.parameters.filter(u), tracks)
+        value += 0.5 * float(away @ away) / (WEAK**2 * max(tracks.rows, 1))
+        self._count(u, value, words, stage, stages)
+        return value
+
+    def _count(self, u: Array, value: float, words: str, stage: int, stages: int) -> None:
+        self.state.evaluations += 1
+        if value < self.state.value:
+            self.state.value, self.state.u = value, [float(x) for x in u]
+            self._kept()
+        if self.report:
+            self.report(f"{words}, step {self.state.evaluations}", stage, stages)
+        if clock.monotonic() > self.deadline:
+            raise OutOfTime
+
+    _last_kept: float = 0.0
+
+    def _kept(self, force: bool = False) -> None:
+        if self.keep and (force or clock.monotonic() - self._last_kept > 2.0):
+            self._last_kept = clock.monotonic()
+            self.keep(self.state)
