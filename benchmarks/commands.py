@@ -1,4 +1,4 @@
-"""What a user waits for at the shell: `import jink`, `jink --help`, `jink track` on real flights."""
+"""What a user waits for at the shell: `import jink`, `jink --help`, `jink track` on real flights, `jink compare`."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from pathlib import Path
 CACHE = Path(__file__).with_name(".cache")
 WHEEL = "traffic==2.13"
 COLLECTION = "quickstart.json.gz"
+NAMED = ("kalman-cv", "kalman-ca", "singer", "imm", "imm-cv-ca", "imm-cv-ct")
 
 
 def measure_start(repetitions: int) -> dict[str, list[float]]:
@@ -44,6 +45,32 @@ def measure_track(repetitions: int) -> dict[str, list[float]]:
             for name, value in zip(out, once, strict=True):
                 out[name].append(value)
     return {name: values[1:] for name, values in out.items()}  # the first read the file from the disk
+
+
+def measure_compare(repetitions: int, runs: int = 1000, scenario: str = "lee-2003") -> dict[str, list[float]]:
+    """Wall and CPU seconds and peak bytes of `jink compare` with ten filters (and raw and clairvoyant on top)."""
+    out: dict[str, list[float]] = {"seconds": [], "cpu": [], "bytes": []}
+    with tempfile.TemporaryDirectory() as folder:
+        filters = ",".join([*NAMED, *four_more(Path(folder))])
+        command = [*_jink(), "compare", scenario, "--filters", filters, "--runs", str(runs), "--quiet"]
+        for _ in range(repetitions):
+            once = _run([*command, "--json", str(Path(folder, "out.json"))])
+            for name, value in zip(out, once, strict=True):
+                out[name].append(value)
+    return out
+
+
+def four_more(folder: Path) -> list[str]:
+    """Files of four IMMs for lee-2003, to make ten filters with the named ones."""
+    import jink
+
+    cv = [jink.ConstantVelocity(acceleration_sd=sd) for sd in (1.0, 10.0, 60.0)]
+    ca = jink.ConstantAcceleration(jerk_psd=4.0, acceleration_prior_sd=40.0)
+    ct = jink.CoordinatedTurn(acceleration_psd=4.0, turn_rate_psd=1e-6, turn_rate_prior_sd=0.05)
+    banks = {"2cv": cv[::2], "3cv": cv, "3cv-ca": [*cv, ca], "cv-ca-ct": [cv[0], ca, ct]}
+    for name, motions in banks.items():
+        jink.IMM(motions, jink.Position(sd=500.0, axes=2), 0.96).save(folder / f"{name}.json")
+    return [str(folder / f"{name}.json") for name in banks]
 
 
 def fetch_collection() -> Path:

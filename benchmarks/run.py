@@ -27,7 +27,7 @@ POOLS = (
 )  # other libraries' threads: one core for all
 # memory that is freed stays with the process, so that a round does not pay for pages fresh from the system
 KEPT = {"MALLOC_MMAP_MAX_": "0", "MALLOC_TRIM_THRESHOLD_": str(1 << 40)}
-TASKS = ("engine", "peers", "fresh", "threads", "memory", "start", "track")
+TASKS = ("engine", "peers", "fresh", "threads", "memory", "start", "track", "compare")
 FLAGS = {
     "v4": {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
     "v3": {"avx2", "fma", "bmi2"},
@@ -49,6 +49,10 @@ def measure(chosen: tuple[str, ...], quick: bool) -> dict[str, Any]:
         },
         "start": lambda: {"start": _guard(lambda: commands.measure_start(5 if quick else 15))},
         "track": lambda: {"track": _guard(lambda: commands.measure_track(1 if quick else 5))},
+        "compare": lambda: {
+            "compare": _guard(lambda: commands.measure_compare(1 if quick else 5)),
+            "compare, long": _guard(lambda: commands.measure_compare(1, 2000 if quick else 10_000)),
+        },
     }
     results: dict[str, Any] = {}
     for name in chosen:

@@ -28,7 +28,7 @@ def rows(results: dict[str, Any]) -> list[Row]:
     """The whole table from the results of all tasks; a task missing or failed leaves rows that say so."""
     parts: Sequence[Callable[[dict[str, Any]], list[Row]]] = (
         _imm_rows, _imm_peer_rows, _harder_rows, _kalman_rows, _thread_rows, _live_rows, _track_rows,
-        _start_rows, _memory_rows,
+        _compare_rows, _start_rows, _memory_rows,
     )  # fmt: skip
     return [row for part in parts for row in part(results)]
 
@@ -139,6 +139,25 @@ def _track_rows(results: dict[str, Any]) -> list[Row]:
     return [
         Row(what, f"{seconds:.2f} s {_range(track['seconds'], 1, '.2f')}{cpu}", "≤ 3 s", seconds <= 3),
         Row("its peak memory", f"{megabytes:.0f} MB", "≤ 600 MB", megabytes <= 600),
+    ]
+
+
+def _compare_rows(results: dict[str, Any]) -> list[Row]:
+    """The race of filters: its time, and that its memory does not grow with the runs."""
+    raced, long = results.get("compare", {}), results.get("compare, long", {})
+    what = (
+        "`jink compare lee-2003`, ten filters × 1000 runs × 180 scans, simulation and process start included"
+    )
+    if "seconds" not in raced or "seconds" not in long:
+        task = "compare" if "seconds" not in raced else "compare, long"
+        return [_missing(results, task, what, "≤ 5 s")]
+    cpu = f", {statistics.median(raced['cpu']):.2f} s of CPU"
+    seconds = statistics.median(raced["seconds"])
+    short_peak, long_peak = (max(each["bytes"]) / 1e6 for each in (raced, long))
+    more = f"{long_peak:.0f} MB against {short_peak:.0f}"
+    return [
+        Row(what, f"{seconds:.2f} s {_range(raced['seconds'], 1, '.2f')}{cpu}", "≤ 5 s", seconds <= 5),
+        Row("its peak memory with more runs (10,000)", more, "≤ 1.2 ×", long_peak <= 1.2 * short_peak),
     ]
 
 

@@ -11,7 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks import cases, child, engine, peers, race, reference, table, targets
+from benchmarks import cases, child, commands, engine, peers, race, reference, table, targets
 
 
 @pytest.fixture(scope="module")
@@ -25,8 +25,19 @@ def results() -> dict:
         "memory, states": child.run_memory(child.TINY, "STATES"),
         "memory, everything": child.run_memory(child.TINY, "EVERYTHING"),
         "track": {"error": "no network"},
+        "compare": commands.measure_compare(1, 3, "choi-2001-1"),
+        "compare, long": {"error": "interrupted"},
         "start": {"numpy": [0.1], "jink": [0.12], "help": [0.2]},
     }
+
+
+def test_the_race_of_ten_filters_is_a_row(results):
+    row = next(row for row in targets.rows(results) if "ten filters" in row.what)
+    assert "interrupted" in row.measured and row.reached is None
+    rows = targets.rows({**results, "compare, long": results["compare"]})
+    row, memory = (next(row for row in rows if words in row.what) for words in ("ten filters", "more runs"))
+    assert "s of CPU" in row.measured and row.reached is not None
+    assert memory.reached and "MB against" in memory.measured
 
 
 def test_every_target_of_the_table_has_a_row(results):
