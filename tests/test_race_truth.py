@@ -175,6 +175,8 @@ def test_sensor_options(tmp_path, capsys):
         (Seeing(sensor="-3"), "--sensor is -3"),
         (Seeing(detection=1.5), "detection: expected"),
         (Seeing(bias="1,x"), "--bias is '1,x'"),
+        (Seeing(bias="nan,1"), "--bias is 'nan,1'"),
+        (Seeing(interval=15.0), "choi-2001-1: 2 scans in 15 s steps; a race needs at least 3"),
         (Seeing(bias="1"), "bias: expected one number for each of x, y"),
         (Seeing(jitter=9.0), "jitter: expected"),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass, replace
+from math import isfinite
 from typing import Any
 
 from .arguments import unknown
@@ -57,7 +58,10 @@ def _sensor(given: str) -> str | float:
 
 def _bias(given: str) -> tuple[float, ...]:
     try:
-        return tuple(float(item) for item in given.split(","))
+        numbers = tuple(float(item) for item in given.split(","))
+        if all(map(isfinite, numbers)):
+            return numbers
+        raise ValueError
     except ValueError:
         raise InputError(
             f"--bias is {given!r}; expected numbers with commas, one per component (m, rad, m/s)"

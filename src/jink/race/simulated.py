@@ -108,7 +108,9 @@ def race(
 def prepare(source: Source, first: int) -> Field:
     """Say what filters are made for, as the training runs show it."""
     scenario, training = source.scenario, source.training
-    first = min(first, scenario.schedule.count - 1)
+    if scenario.schedule.count <= first:
+        seen = f"{scenario.schedule.count} scans in {scenario.schedule.interval:g} s steps"
+        raise InputError(f"{scenario.name}: {seen}; a race needs at least {first + 1}")
     observation = scenario.observation
     if isinstance(observation.sensor, Bearing):
         raise InputError(
