@@ -229,7 +229,7 @@ def simulate(
     """Measurements and truth of a scenario, as one table that jink track and jink compare read as well."""
     from .simulate_command import SimulateRequest, run_simulate
 
-    seeing = _seeing(sensor, interval, jitter, detection, outliers, bias)
+    seeing = Seeing(sensor, interval, jitter, detection, outliers, bias)
     request = SimulateRequest(name, runs, seed, output, seeing, kind.value, json, quiet)
     raise typer.Exit(run_simulate(request))
 
@@ -275,29 +275,11 @@ def compare(
     """A fair race of filters: common random numbers, standard errors, no verdict without an interval."""
     from .compare_command import CompareRequest, run_compare
 
-    seeing = _seeing(sensor, interval, jitter, detection, outliers, bias)
+    seeing = Seeing(sensor, interval, jitter, detection, outliers, bias)
     request = CompareRequest(
         scenario, filters, runs, seed, json, report, seeing, kind.value, columns or (), quiet
     )
     raise typer.Exit(run_compare(request))
-
-
-def _seeing(
-    sensor: str | None,
-    interval: float | None,
-    jitter: float | None,
-    detection: float | None,
-    outliers: float | None,
-    bias: str | None,
-) -> Seeing:
-    return Seeing(
-        sensor=sensor,
-        interval=interval,
-        jitter=jitter,
-        detection=detection,
-        outliers=outliers,
-        bias=bias,
-    )
 
 
 @app.command()

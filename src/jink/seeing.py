@@ -10,7 +10,7 @@ from .arguments import unknown
 from .io.errors import InputError
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Seeing:
     """What was asked, None where the scenario's own stays.
 

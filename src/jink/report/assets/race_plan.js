@@ -21,7 +21,7 @@ class RacePlan extends PlanView {
 
   drawTruth(ctx, from, to) {
     const { tracks } = this;
-    this.line(ctx, from, to, theme.line, 7);
+    this.line(ctx, from, to, theme.muted, 7, 0.35);
     for (let i = from; i < to; i++) {
       if (!tracks.busy[i - from] || i === from) continue;
       this.line(ctx, i - 1, i + 1, theme.ramp[Math.floor(theme.bins / 2)], 7, 0.5);
