@@ -14,7 +14,7 @@ from .io.errors import InputError
 from .learn.gradient import Tracks
 from .named import Purpose
 from .race.entrants import Entrant
-from .race.recorded import Recording, purpose_of, prepared, race_on_file, split
+from .race.recorded import Recording, prepared, purpose_of, race_on_file, split
 from .race.result import Race
 from .race.simulated import FIRST, prepare, race
 from .scenarios import Scenario, by_name
