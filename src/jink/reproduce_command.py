@@ -46,8 +46,8 @@ def run_reproduce(request: ReproduceRequest) -> int:
 
 
 def _run(request: ReproduceRequest) -> int:
+    from .arguments import unknown
     from .papers import PAPERS, run
-    from .scenarios.scenario import unknown
 
     if request.paper not in (*PAPERS, "all"):
         raise InputError(unknown("paper", request.paper, [*PAPERS, "all"]))

@@ -102,8 +102,8 @@ def published(
     }
 
 
-def draw(races: Mapping[str, Race]) -> list[Drawing]:
-    """Figures 3 and 4, and the noise that the rules of tables 2.1 to 2.3 call for."""
+def errors(races: Mapping[str, Race]) -> list[Drawing]:
+    """Figures 3 and 4: the target and the normalised errors."""
     race = next(iter(races.values()))
     scenario = SCENARIOS["lee-2003"]
     truth = scenario.simulate(1).truth
@@ -137,6 +137,12 @@ def draw(races: Mapping[str, Race]) -> list[Drawing]:
         out.append(
             Chart(title=f"Figure 4: normalised {quantity} error", x="scan", y="", lines=lines, shaded=shaded)
         )
+    return out
+
+
+def draw(races: Mapping[str, Race]) -> list[Drawing]:
+    """Figures 3 and 4, and the noise that the rules of tables 2.1 to 2.3 call for."""
+    out = errors(races)
     for k, (rules, u) in enumerate(zip(PUBLISHED["lee-2003"], (1, 10, 100), strict=True), start=1):
         grid, sd = rules.surface(3000.0)
         out.append(

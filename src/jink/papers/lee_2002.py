@@ -11,7 +11,7 @@ LEE_2002 = Paper(
     runs=2000,
     quick_runs=200,
     experiments=lambda: [lee.experiment(lee.published((0.6089, 0.1235), (0.6003, 0.1176), (0.5107, 0.0818)))],
-    draw=lee.draw,
+    draw=lee.errors,
     readings=(
         *lee.READINGS,
         "The rule set behind 0.5107/0.0818 is not printed: “fuzzy-imm” runs the tables of lee-2003.",

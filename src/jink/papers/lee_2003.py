@@ -14,7 +14,7 @@ LEE_2003 = Paper(
     draw=lee.draw,
     readings=lee.READINGS,
     remarks=(
-        "One experiment of 100 runs has a standard deviation of about 0.0045 (ζp) and 0.0009 (ζv).",
+        "The published figures come from 100 runs: their standard error is √(runs/100) times the one shown here.",
         "The published rules work as three constant noise levels: see “constants” beside “fuzzy-imm”.",
         "A single tuned Kalman filter (kalman-cv) beats both adaptive IMMs.",
         "The two-stage recursion with noise on its bias is not optimal: see “two-stage” beside “augmented”.",

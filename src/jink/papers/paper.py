@@ -68,7 +68,7 @@ def over(reference: str, metric: Metric, words: str) -> Metric:
 
 
 def time_over(reference: str, words: str, scenario: Scenario) -> Metric:
-    """The filter's run time over another's: median of rounds in which both, one after the other, filter the same runs."""
+    """The filter's processor time over another's: median of rounds in which both, in turn, filter the same runs."""
 
     def measure(race: Race, filter: str) -> Figure:
         if filter == reference or reference not in race.tallies or filter in BASELINES:
@@ -82,9 +82,9 @@ def time_over(reference: str, words: str, scenario: Scenario) -> Metric:
 
 
 def _seconds(filter: Any, simulation: Simulation) -> float:
-    began = clock.perf_counter()
+    began = clock.process_time()
     filter.filter(**simulation.batch(), threads=1, outputs=("x",))
-    return clock.perf_counter() - began
+    return clock.process_time() - began
 
 
 @dataclass(frozen=True, kw_only=True)

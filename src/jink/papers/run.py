@@ -21,16 +21,19 @@ class Outcome:
     seed: int
     experiments: list[Experiment] = field(default_factory=list)
     races: dict[str, Race] = field(default_factory=dict)
+    rows: list[Row] = field(default_factory=list)
     partial: bool = False
 
-    @property
-    def rows(self) -> list[Row]:
-        """All rows, experiment by experiment."""
-        return [row for e in self.experiments for row in self.of(e)]
+    def add(self, experiment: Experiment, race: Race) -> None:
+        """One experiment is done, or interrupted."""
+        self.experiments.append(experiment)
+        self.races[experiment.name] = race
+        self.rows += rows_of(experiment, race)
+        self.partial = race.partial
 
     def of(self, experiment: Experiment) -> list[Row]:
         """The rows of one experiment."""
-        return rows_of(experiment, self.races[experiment.name])
+        return [row for row in self.rows if row.experiment == experiment.name]
 
     def as_dict(self) -> dict[str, Any]:
         """What `--json` writes: "rows" are {"experiment", "filter", "metric", "published", "measured", "se"}, null where there is none."""
@@ -76,10 +79,8 @@ def run(
                 raise
             outcome.partial = True
             return outcome
-        outcome.experiments.append(experiment)
-        outcome.races[experiment.name] = done
-        if done.partial:
-            outcome.partial = True
+        outcome.add(experiment, done)
+        if outcome.partial:
             return outcome
     return outcome
 

@@ -13,12 +13,12 @@ from .run import Outcome
 BESIDE = (*BASELINES, "clairvoyant", "imm-cv-ca")  # of the race, not of the paper
 
 
-def show(outcome: Outcome) -> None:
-    """Print every table, then what the paper leaves open."""
+def show(outcome: Outcome, console: Any = None) -> None:
+    """Print every table, then what the paper leaves open; on standard output, unless a rich console is given."""
     from rich.console import Console
     from rich.text import Text
 
-    console = Console(highlight=False)
+    console = console or Console(highlight=False)
     paper = outcome.paper
     console.print(Text(f"{paper.name}: {paper.source}", style="bold"))
     console.print(
