@@ -16,6 +16,7 @@ from ..named import Named, Purpose
 from ..race import Race
 from ..scenarios import SCENARIOS
 from .drawing import Chart, Drawing, Line, Surface
+from .learned import Models, learned
 from .paper import Experiment, named, of_race
 
 POSITION = of_race("normalised_position", "ζp")
@@ -69,7 +70,7 @@ def constants(purpose: Purpose) -> Named:
     return named(f"IMM of constant noises, sd {', '.join(f'{s:g}' for s in sds)} m/s²", filter)
 
 
-def experiment(published: Mapping[tuple[str, str], float]) -> Experiment:
+def experiment(published: Mapping[tuple[str, str], float], models: Models) -> Experiment:
     """The one experiment of both papers."""
     return Experiment(
         name="three manoeuvres",
@@ -79,8 +80,18 @@ def experiment(published: Mapping[tuple[str, str], float]) -> Experiment:
             "aimm3": adaptive("aimm3", [-40.0, 0.0, 40.0], TwoStageAcceleration),
             "aimm5": adaptive("aimm5", [-40.0, -20.0, 0.0, 20.0, 40.0], TwoStageAcceleration),
             "fuzzy-imm": published_rules,
-            "aimm3-augmented": adaptive("aimm3-augmented", [-40.0, 0.0, 40.0], AugmentedAcceleration),
+            "ga": learned(
+                models, "lee-2003-ga", "fuzzy IMM, rules by our own run of the paper's GA, λ = 0.95"
+            ),
+            "ga, λ = 1": learned(models, "lee-2003-ga-error", "the same with λ = 1: the error alone"),
             "constants": constants,
+            "best fuzzy": learned(
+                models,
+                "lee-2003-best",
+                "fuzzy IMM, rules and transition matrix found together by CMA-ES",
+                fitted="other runs",
+            ),
+            "aimm3-augmented": adaptive("aimm3-augmented", [-40.0, 0.0, 40.0], AugmentedAcceleration),
             "two-stage": alone("two-stage", TwoStageAcceleration),
             "augmented": alone("augmented", AugmentedAcceleration),
         },

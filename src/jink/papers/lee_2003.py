@@ -10,7 +10,9 @@ LEE_2003 = Paper(
     source="Lee, Joo & Park, A GA-Based IMM Method for Tracking a Maneuvering Target, Trans. KIEE 52D-1-3, 2003, table 3",
     runs=2000,
     quick_runs=200,
-    experiments=lambda: [lee.experiment(lee.published((0.6089, 0.1235), (0.6003, 0.1176), (0.5138, 0.0845)))],
+    experiments=lambda models: [
+        lee.experiment(lee.published((0.6089, 0.1235), (0.6003, 0.1176), (0.5138, 0.0845)), models)
+    ],
     draw=lee.draw,
     readings=lee.READINGS,
     remarks=(

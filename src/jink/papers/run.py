@@ -9,6 +9,7 @@ from typing import Any
 from ..io.errors import InputError
 from ..race import Race
 from ..race.simulated import race
+from .learned import Models, retrained, shipped
 from .paper import Experiment, Paper, Row, rows_of
 
 
@@ -58,10 +59,13 @@ def run(
     seed: int = 0,
     *,
     quick: bool = False,
+    retrain: bool = False,
+    models: Models | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Outcome:
     """Every experiment of the paper over so many Monte Carlo runs (by default the paper's own entry; fewer when quick).
 
+    retrain: train the learned filters again instead of taking those that come with the package; models: take them from there.
     progress(experiment, runs done, runs). Interrupted (Ctrl-C), the experiments with any finished runs are returned,
     ``partial`` being true. Errors: InputError for runs below 2 (which have no standard error) or a negative seed.
     """
@@ -71,7 +75,8 @@ def run(
     if seed < 0:
         raise InputError(f"seed is {seed}; expected a whole number from 0")
     outcome = Outcome(paper, count, seed)
-    for experiment in paper.experiments():
+    source = models or (retrained(quick) if retrain else shipped)
+    for experiment in paper.experiments(source):
         try:
             done = _one(experiment, count, seed, progress)
         except KeyboardInterrupt:
@@ -95,9 +100,9 @@ def _one(
     return race(
         experiment.scenario,
         list(experiment.baselines),
-        runs,
+        max(2, round(experiment.share * runs)),
         seed,
         first=experiment.first,
-        more=experiment.filters,
+        more=experiment.makers(),
         progress=say,
     )

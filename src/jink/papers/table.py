@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..race import Race
-from .paper import BASELINES, Experiment, Metric, Row
+from .paper import BASELINES, Experiment, Metric, Row, median
 from .run import Outcome
 
 BESIDE = (*BASELINES, "clairvoyant", "imm-cv-ca")  # of the race, not of the paper
@@ -74,13 +74,19 @@ def _sheet(outcome: Outcome, title: str, members: list[Experiment]) -> Sheet:
     for experiment in members:
         race = outcome.races[experiment.name]
         found: dict[str, dict[str, Row]] = {}
+        shown: list[str] = []
         for row in outcome.of(experiment):
             found.setdefault(row.filter, {})[row.metric] = row
         for name, rows in found.items():
             label = f"{name}: {experiment.name}" if experiment.group else name
-            words = race.entrants[name].words if name in race.entrants else "not part of this version"
-            lines.append(Line(label + marks(race, name), name in BESIDE, words, rows))
-        notes += footnotes(race, list(found))
+            member = median(experiment, race, name, experiment.metrics[0])[0]
+            seeds = sum(each in race.tallies for each in experiment.members(name))
+            words = race.entrants[member].words if member in race.entrants else "not part of this version"
+            if seeds > 1:
+                label, words = f"{label} (median of {seeds})", f"{words}: the median of {seeds} seeds"
+            lines.append(Line(label + marks(race, member), name in BESIDE, words, rows))
+            shown.append(member)
+        notes += footnotes(race, shown)
     columns = []
     for metric in members[0].metrics:
         mine = [line.rows[metric.name] for line in lines if metric.name in line.rows]
