@@ -36,7 +36,9 @@ def learned(
         try:
             return Named(filter=models(name, seed), words=words, fitted=fitted)
         except ValueError as reason:
-            raise Unfit(str(reason).partition(";")[0]) from None
+            if not str(reason).startswith("unknown model"):
+                raise
+            raise Unfit("it is not among the models that come with the package") from None
 
     return make
 

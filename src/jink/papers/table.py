@@ -123,7 +123,12 @@ def footnotes(race: Race, names: list[str]) -> list[str]:
     said = ["* parameters fitted on other runs of this scenario"] if "*" in used else []
     if "!" in used:
         said.append("! worse than not filtering")
-    return said + [f"without {name}: {why}" for name, why in race.skipped.items()]
+    missing: dict[tuple[str, str], int] = {}
+    for name, why in race.skipped.items():
+        key = name.partition(" #")[0], why
+        missing[key] = missing.get(key, 0) + 1
+    seeds = {count: f" ({count} seeds)" if count > 1 else "" for count in missing.values()}
+    return said + [f"without {name}{seeds[count]}: {why}" for (name, why), count in missing.items()]
 
 
 def _table(sheet: Sheet) -> Any:
