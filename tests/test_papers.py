@@ -25,7 +25,7 @@ from jink.reproduce_command import ReproduceRequest, run_reproduce
 @pytest.fixture(scope="module")
 def outcomes():
     """Every paper, with few runs."""
-    return {name: run(paper, 150 if name == "lee-2003" else 40, seed=3) for name, paper in PAPERS.items()}
+    return {name: run(paper, 150 if name == "lee-2003" else 40, seed=77) for name, paper in PAPERS.items()}
 
 
 def figure(outcome, experiment: str, filter: str, metric: str) -> Row:
