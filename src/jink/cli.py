@@ -303,12 +303,16 @@ def reproduce(
         str | None, typer.Option(metavar="FILE", help="One HTML page with the paper's figures redrawn.")
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A tenth of the runs or so.", **FLAG)] = False,
+    retrain: Annotated[
+        bool,
+        typer.Option("--retrain", help="Train the learned filters again, which takes a while.", **FLAG),
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No tables.", **FLAG)] = False,
 ) -> None:
     """A paper's figures beside those measured here, with standard errors and the baselines that it left out."""
     from .reproduce_command import ReproduceRequest, run_reproduce
 
-    raise typer.Exit(run_reproduce(ReproduceRequest(paper, runs, seed, json, report, quick, quiet)))
+    raise typer.Exit(run_reproduce(ReproduceRequest(paper, runs, seed, json, report, quick, retrain, quiet)))
 
 
 def main() -> Any:

@@ -23,6 +23,7 @@ class ReproduceRequest:
     json: str | None = None
     report: str | None = None
     quick: bool = False
+    retrain: bool = False
     quiet: bool = False
 
 
@@ -46,8 +47,9 @@ def run_reproduce(request: ReproduceRequest) -> int:
 
 
 def _run(request: ReproduceRequest) -> int:
+    from .arguments import unknown
     from .papers import PAPERS, run
-    from .scenarios.scenario import unknown
+    from .papers.learned import retrained, shipped
 
     if request.paper not in (*PAPERS, "all"):
         raise InputError(unknown("paper", request.paper, [*PAPERS, "all"]))
@@ -59,9 +61,17 @@ def _run(request: ReproduceRequest) -> int:
         _output(option, value) for option, value in (("--json", request.json), ("--report", request.report))
     ]
     outcomes = []
+    models = retrained(request.quick) if request.retrain else shipped
     for name in PAPERS if request.paper == "all" else [request.paper]:
         with _progress(request, name) as progress:
-            outcome = run(PAPERS[name], request.runs, request.seed, quick=request.quick, progress=progress)
+            outcome = run(
+                PAPERS[name],
+                request.runs,
+                request.seed,
+                quick=request.quick,
+                models=models,
+                progress=progress,
+            )
         outcomes.append(outcome)
         if not request.quiet and request.json != "-":
             from .papers.table import show

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -22,7 +22,8 @@ from ..named import Named, Purpose
 from ..race import Race
 from ..scenarios import SCENARIOS
 from .drawing import Chart, Drawing, Line
-from .paper import POSITION, Experiment, Paper, named
+from .learned import Models, each_seed
+from .paper import POSITION, Experiment, Maker, Paper, named
 
 SOURCE = "Choi, Samal & Ahn, On Neural-Net Based Variable Structure Multiple Model Method: Neural-Net Design, 2001, table 3"
 STAY = 0.95
@@ -83,9 +84,23 @@ FILTERS: dict[str, Callable[[Purpose], Named]] = {
 }
 
 
-def experiments() -> list[Experiment]:
+def networks(models: Models) -> dict[str, Sequence[Maker]]:
+    """Networks that choose the process noise, each trained from five seeds."""
+    kinds = {
+        **{
+            f"nnvsmm, training {k}": (f"published-{k}", f"network as published, training set {k}")
+            for k in "123"
+        },
+        "nnvsmm, expected": ("expected", "the same, labels free of one run's noise, set 3"),
+        "nnvsmm, end to end": ("end-to-end", "trained end to end on the tracking error, set 3, q 1 to 196"),
+        "nnvsmm, wide": ("wide", "trained end to end on targets of all kinds, q 0.01 to 5000"),
+    }
+    return {name: each_seed(models, f"choi-2001-{model}", words) for name, (model, words) in kinds.items()}
+
+
+def experiments(models: Models) -> list[Experiment]:
     """Test scenarios 1 to 4."""
-    out = []
+    out, filters = [], {**FILTERS, **networks(models)}
     for k in range(4):
         published = {(name, "position_rmse"): row[k] for name, row in NETWORK.items()}
         published |= {(f"dsvsmm-{reach}", "position_rmse"): round(DIGRAPH[k], 4) for reach in (1, 2)}
@@ -95,7 +110,7 @@ def experiments() -> list[Experiment]:
                 name=f"Sc {k + 1}",
                 words=scenario.summary,
                 scenario=scenario,
-                filters=FILTERS,
+                filters=filters,
                 metrics=(POSITION,),
                 published=published,
             )
@@ -119,10 +134,13 @@ def draw(races: Mapping[str, Race]) -> list[Drawing]:
         )
     for name, race in races.items():
         scans = np.arange(race.skipped_scans + 1, 21)
-        shown = [*[n for n in race.tallies if n in FILTERS and not n.startswith("q =")], "kalman-cv", "raw"]
+        names = {"dsvsmm-1": "dsvsmm-1", "dsvsmm-2": "dsvsmm-2", "imm3": "imm3"}
+        names |= {n: f"{n} #0" for n in ("nnvsmm, training 2", "nnvsmm, training 3", "nnvsmm, wide")}
+        names |= {"kalman-cv": "kalman-cv", "raw": "raw"}
         lines = [
-            Line(n, scans, race.tallies[n].over_time("position")[0], faint=n in ("kalman-cv", "raw"))
-            for n in shown
+            Line(n, scans, race.tallies[m].over_time("position")[0], faint=n in ("kalman-cv", "raw"))
+            for n, m in names.items()
+            if m in race.tallies
         ]
         number = {"Sc 2": "Figure 8: ", "Sc 3": "Figure 9: "}.get(name, "")
         out.append(Chart(title=f"{number}RMS position error, {name}", x="scan", y="m", lines=lines, log=True))

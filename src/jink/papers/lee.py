@@ -16,6 +16,7 @@ from ..named import Named, Purpose
 from ..race import Race
 from ..scenarios import SCENARIOS
 from .drawing import Chart, Drawing, Line, Surface
+from .learned import Models, learned
 from .paper import Experiment, named, of_race
 
 POSITION = of_race("normalised_position", "ζp")
@@ -69,7 +70,7 @@ def constants(purpose: Purpose) -> Named:
     return named(f"IMM of constant noises, sd {', '.join(f'{s:g}' for s in sds)} m/s²", filter)
 
 
-def experiment(published: Mapping[tuple[str, str], float]) -> Experiment:
+def experiment(published: Mapping[tuple[str, str], float], models: Models) -> Experiment:
     """The one experiment of both papers."""
     return Experiment(
         name="three manoeuvres",
@@ -79,8 +80,18 @@ def experiment(published: Mapping[tuple[str, str], float]) -> Experiment:
             "aimm3": adaptive("aimm3", [-40.0, 0.0, 40.0], TwoStageAcceleration),
             "aimm5": adaptive("aimm5", [-40.0, -20.0, 0.0, 20.0, 40.0], TwoStageAcceleration),
             "fuzzy-imm": published_rules,
-            "aimm3-augmented": adaptive("aimm3-augmented", [-40.0, 0.0, 40.0], AugmentedAcceleration),
+            "ga": learned(
+                models, "lee-2003-ga", "fuzzy IMM, rules by our own run of the paper's GA, λ = 0.95"
+            ),
+            "ga, λ = 1": learned(models, "lee-2003-ga-error", "the same with λ = 1: the error alone"),
             "constants": constants,
+            "best fuzzy": learned(
+                models,
+                "lee-2003-best",
+                "fuzzy IMM, rules and transition matrix found together by CMA-ES",
+                fitted="other runs",
+            ),
+            "aimm3-augmented": adaptive("aimm3-augmented", [-40.0, 0.0, 40.0], AugmentedAcceleration),
             "two-stage": alone("two-stage", TwoStageAcceleration),
             "augmented": alone("augmented", AugmentedAcceleration),
         },
@@ -102,8 +113,8 @@ def published(
     }
 
 
-def draw(races: Mapping[str, Race]) -> list[Drawing]:
-    """Figures 3 and 4, and the noise that the rules of tables 2.1 to 2.3 call for."""
+def errors(races: Mapping[str, Race]) -> list[Drawing]:
+    """Figures 3 and 4: the target and the normalised errors."""
     race = next(iter(races.values()))
     scenario = SCENARIOS["lee-2003"]
     truth = scenario.simulate(1).truth
@@ -137,6 +148,12 @@ def draw(races: Mapping[str, Race]) -> list[Drawing]:
         out.append(
             Chart(title=f"Figure 4: normalised {quantity} error", x="scan", y="", lines=lines, shaded=shaded)
         )
+    return out
+
+
+def draw(races: Mapping[str, Race]) -> list[Drawing]:
+    """Figures 3 and 4, and the noise that the rules of tables 2.1 to 2.3 call for."""
+    out = errors(races)
     for k, (rules, u) in enumerate(zip(PUBLISHED["lee-2003"], (1, 10, 100), strict=True), start=1):
         grid, sd = rules.surface(3000.0)
         out.append(

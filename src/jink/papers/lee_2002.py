@@ -10,8 +10,10 @@ LEE_2002 = Paper(
     source="Lee, Joo & Park, GA-Based IMM Method Using Fuzzy Logic for Tracking a Maneuvering Target, 2002, table 2",
     runs=2000,
     quick_runs=200,
-    experiments=lambda: [lee.experiment(lee.published((0.6089, 0.1235), (0.6003, 0.1176), (0.5107, 0.0818)))],
-    draw=lee.draw,
+    experiments=lambda models: [
+        lee.experiment(lee.published((0.6089, 0.1235), (0.6003, 0.1176), (0.5107, 0.0818)), models)
+    ],
+    draw=lee.errors,
     readings=(
         *lee.READINGS,
         "The rule set behind 0.5107/0.0818 is not printed: “fuzzy-imm” runs the tables of lee-2003.",

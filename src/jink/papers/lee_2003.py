@@ -10,11 +10,13 @@ LEE_2003 = Paper(
     source="Lee, Joo & Park, A GA-Based IMM Method for Tracking a Maneuvering Target, Trans. KIEE 52D-1-3, 2003, table 3",
     runs=2000,
     quick_runs=200,
-    experiments=lambda: [lee.experiment(lee.published((0.6089, 0.1235), (0.6003, 0.1176), (0.5138, 0.0845)))],
+    experiments=lambda models: [
+        lee.experiment(lee.published((0.6089, 0.1235), (0.6003, 0.1176), (0.5138, 0.0845)), models)
+    ],
     draw=lee.draw,
     readings=lee.READINGS,
     remarks=(
-        "One experiment of 100 runs has a standard deviation of about 0.0045 (ζp) and 0.0009 (ζv).",
+        "The published figures come from 100 runs: their standard error is √(runs/100) times the one shown here.",
         "The published rules work as three constant noise levels: see “constants” beside “fuzzy-imm”.",
         "A single tuned Kalman filter (kalman-cv) beats both adaptive IMMs.",
         "The two-stage recursion with noise on its bias is not optimal: see “two-stage” beside “augmented”.",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,7 +16,9 @@ from ..race import Race
 from ..race.tally import NAN, efficiency
 from ..scenarios import Scenario, Simulation
 from .drawing import Drawing
+from .learned import Models
 
+Maker = Callable[[Purpose], Named]
 BASELINES = ("raw", "kalman-cv", "kalman-ca", "imm")
 TIMED_RUNS, ROUNDS = 200, 15  # of a comparison of run times
 
@@ -68,7 +70,7 @@ def over(reference: str, metric: Metric, words: str) -> Metric:
 
 
 def time_over(reference: str, words: str, scenario: Scenario) -> Metric:
-    """The filter's run time over another's: median of rounds in which both, one after the other, filter the same runs."""
+    """The filter's processor time over another's: median of rounds in which both, in turn, filter the same runs."""
 
     def measure(race: Race, filter: str) -> Figure:
         if filter == reference or reference not in race.tallies or filter in BASELINES:
@@ -82,43 +84,60 @@ def time_over(reference: str, words: str, scenario: Scenario) -> Metric:
 
 
 def _seconds(filter: Any, simulation: Simulation) -> float:
-    began = clock.perf_counter()
+    began = clock.process_time()
     filter.filter(**simulation.batch(), threads=1, outputs=("x",))
-    return clock.perf_counter() - began
+    return clock.process_time() - began
 
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
     """A race on one scenario: the paper's filters beside the baselines that it left out.
 
-    filters by name, each made for the purpose; metrics; published (filter, metric name): the paper's figures, also of
-    filters that do not take part; first: scans that do not count; baselines: names in the race; group:
-    experiments of one group share a table of that heading.
+    filters by name, each made for the purpose, or several of one name, trained from different seeds, whose median counts;
+    metrics; published (filter, metric name): the paper's figures, also of filters that do not take part; first: scans that do
+    not count; baselines: names in the race; group: experiments of one group share a table of that heading; share of the
+    asked runs that this one takes.
     """
 
     name: str
     scenario: Scenario
-    filters: Mapping[str, Callable[[Purpose], Named]]
+    filters: Mapping[str, Maker | Sequence[Maker]]
     metrics: tuple[Metric, ...]
     published: Mapping[tuple[str, str], float] = field(default_factory=dict)
     first: int = 2
     baselines: tuple[str, ...] = BASELINES
     words: str = ""
     group: str = ""
+    share: float = 1.0
+
+    def members(self, name: str) -> list[str]:
+        """What the filters of this name are called in the race."""
+        given = self.filters.get(name)
+        return [f"{name} #{k}" for k in range(len(given))] if isinstance(given, Sequence) else [name]
+
+    def makers(self) -> dict[str, Maker]:
+        """All filters as the race takes them."""
+        out: dict[str, Maker] = {}
+        for name, given in self.filters.items():
+            out.update(
+                zip(self.members(name), given if isinstance(given, Sequence) else [given], strict=True)
+            )
+        return out
 
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
     """One paper: what it is, its experiments, the readings taken where it leaves something open, its drawings.
 
-    runs and quick_runs: Monte Carlo runs by default and with --quick; draw(experiment name → race) → the paper's figures.
+    runs and quick_runs: Monte Carlo runs by default and with --quick; experiments(models) with the learned filters as they come
+    with the package or trained again; draw(experiment name → race) → the paper's figures.
     """
 
     name: str
     source: str
     runs: int
     quick_runs: int
-    experiments: Callable[[], list[Experiment]]
+    experiments: Callable[[Models], list[Experiment]]
     readings: tuple[str, ...]
     remarks: tuple[str, ...] = ()
     draw: Callable[[Mapping[str, Race]], list[Drawing]] = lambda races: []
@@ -147,19 +166,27 @@ def named(words: str, filter: Any, fitted: str = "") -> Named:
 
 def rows_of(experiment: Experiment, race: Race) -> list[Row]:
     """The paper's filters first, then what it left out; a metric that a filter lacks has no row."""
-    mine = [*experiment.filters, *dict.fromkeys(name for name, _ in experiment.published)]
-    names = dict.fromkeys([*mine, *race.tallies])
+    published = dict.fromkeys(name for name, _ in experiment.published)
     rows = []
-    for name in names:
+    for name in dict.fromkeys([*experiment.filters, *published, *experiment.baselines]):
         for metric in experiment.metrics:
-            published = experiment.published.get((name, metric.name))
-            found = metric.measure(race, name) if name in race.tallies else NAN
-            if published is None and math.isnan(found.value):
+            claimed = experiment.published.get((name, metric.name))
+            found = median(experiment, race, name, metric)[1]
+            if claimed is None and math.isnan(found.value):
                 continue
             rows.append(
-                Row(experiment.name, name, metric.name, published, _plain(found.value), _plain(found.se))
+                Row(experiment.name, name, metric.name, claimed, _plain(found.value), _plain(found.se))
             )
     return rows
+
+
+def median(experiment: Experiment, race: Race, name: str, metric: Metric) -> tuple[str, Figure]:
+    """The race's name and figure of a filter; of several seeds the one in the middle. NaN where it did not take part."""
+    there = [member for member in experiment.members(name) if member in race.tallies]
+    found = sorted(
+        ((member, metric.measure(race, member)) for member in there), key=lambda each: each[1].value
+    )
+    return found[(len(found) - 1) // 2] if found else (name, NAN)
 
 
 def _plain(value: float) -> float | None:

@@ -9,6 +9,7 @@ from typing import Any
 from ..io.errors import InputError
 from ..race import Race
 from ..race.simulated import race
+from .learned import Models, retrained, shipped
 from .paper import Experiment, Paper, Row, rows_of
 
 
@@ -21,16 +22,19 @@ class Outcome:
     seed: int
     experiments: list[Experiment] = field(default_factory=list)
     races: dict[str, Race] = field(default_factory=dict)
+    rows: list[Row] = field(default_factory=list)
     partial: bool = False
 
-    @property
-    def rows(self) -> list[Row]:
-        """All rows, experiment by experiment."""
-        return [row for e in self.experiments for row in self.of(e)]
+    def add(self, experiment: Experiment, race: Race) -> None:
+        """One experiment is done, or interrupted."""
+        self.experiments.append(experiment)
+        self.races[experiment.name] = race
+        self.rows += rows_of(experiment, race)
+        self.partial = race.partial
 
     def of(self, experiment: Experiment) -> list[Row]:
         """The rows of one experiment."""
-        return rows_of(experiment, self.races[experiment.name])
+        return [row for row in self.rows if row.experiment == experiment.name]
 
     def as_dict(self) -> dict[str, Any]:
         """What `--json` writes: "rows" are {"experiment", "filter", "metric", "published", "measured", "se"}, null where there is none."""
@@ -55,10 +59,13 @@ def run(
     seed: int = 0,
     *,
     quick: bool = False,
+    retrain: bool = False,
+    models: Models | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Outcome:
     """Every experiment of the paper over so many Monte Carlo runs (by default the paper's own entry; fewer when quick).
 
+    retrain: train the learned filters again instead of taking those that come with the package; models: take them from there.
     progress(experiment, runs done, runs). Interrupted (Ctrl-C), the experiments with any finished runs are returned,
     ``partial`` being true. Errors: InputError for runs below 2 (which have no standard error) or a negative seed.
     """
@@ -68,7 +75,8 @@ def run(
     if seed < 0:
         raise InputError(f"seed is {seed}; expected a whole number from 0")
     outcome = Outcome(paper, count, seed)
-    for experiment in paper.experiments():
+    source = models or (retrained(quick) if retrain else shipped)
+    for experiment in paper.experiments(source):
         try:
             done = _one(experiment, count, seed, progress)
         except KeyboardInterrupt:
@@ -76,10 +84,8 @@ def run(
                 raise
             outcome.partial = True
             return outcome
-        outcome.experiments.append(experiment)
-        outcome.races[experiment.name] = done
-        if done.partial:
-            outcome.partial = True
+        outcome.add(experiment, done)
+        if outcome.partial:
             return outcome
     return outcome
 
@@ -94,9 +100,9 @@ def _one(
     return race(
         experiment.scenario,
         list(experiment.baselines),
-        runs,
+        max(2, round(experiment.share * runs)),
         seed,
         first=experiment.first,
-        more=experiment.filters,
+        more=experiment.makers(),
         progress=say,
     )

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..race import Race
-from .paper import BASELINES, Experiment, Metric, Row
+from .paper import BASELINES, Experiment, Metric, Row, median
 from .run import Outcome
 
 BESIDE = (*BASELINES, "clairvoyant", "imm-cv-ca")  # of the race, not of the paper
 
 
-def show(outcome: Outcome) -> None:
-    """Print every table, then what the paper leaves open."""
+def show(outcome: Outcome, console: Any = None) -> None:
+    """Print every table, then what the paper leaves open; on standard output, unless a rich console is given."""
     from rich.console import Console
     from rich.text import Text
 
-    console = Console(highlight=False)
+    console = console or Console(highlight=False)
     paper = outcome.paper
     console.print(Text(f"{paper.name}: {paper.source}", style="bold"))
     console.print(
@@ -74,13 +74,19 @@ def _sheet(outcome: Outcome, title: str, members: list[Experiment]) -> Sheet:
     for experiment in members:
         race = outcome.races[experiment.name]
         found: dict[str, dict[str, Row]] = {}
+        shown: list[str] = []
         for row in outcome.of(experiment):
             found.setdefault(row.filter, {})[row.metric] = row
         for name, rows in found.items():
             label = f"{name}: {experiment.name}" if experiment.group else name
-            words = race.entrants[name].words if name in race.entrants else "not part of this version"
-            lines.append(Line(label + marks(race, name), name in BESIDE, words, rows))
-        notes += footnotes(race, list(found))
+            member = median(experiment, race, name, experiment.metrics[0])[0]
+            seeds = sum(each in race.tallies for each in experiment.members(name))
+            words = race.entrants[member].words if member in race.entrants else "not part of this version"
+            if seeds > 1:
+                label, words = f"{label} (median of {seeds})", f"{words}: the median of {seeds} seeds"
+            lines.append(Line(label + marks(race, member), name in BESIDE, words, rows))
+            shown.append(member)
+        notes += footnotes(race, shown)
     columns = []
     for metric in members[0].metrics:
         mine = [line.rows[metric.name] for line in lines if metric.name in line.rows]
@@ -117,7 +123,12 @@ def footnotes(race: Race, names: list[str]) -> list[str]:
     said = ["* parameters fitted on other runs of this scenario"] if "*" in used else []
     if "!" in used:
         said.append("! worse than not filtering")
-    return said + [f"without {name}: {why}" for name, why in race.skipped.items()]
+    missing: dict[tuple[str, str], int] = {}
+    for name, why in race.skipped.items():
+        key = name.partition(" #")[0], why
+        missing[key] = missing.get(key, 0) + 1
+    seeds = {count: f" ({count} seeds)" if count > 1 else "" for count in missing.values()}
+    return said + [f"without {name}{seeds[count]}: {why}" for (name, why), count in missing.items()]
 
 
 def _table(sheet: Sheet) -> Any:

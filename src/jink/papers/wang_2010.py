@@ -15,6 +15,7 @@ from ..named import Named, Purpose
 from ..race import Race
 from ..scenarios import SCENARIOS, Scenario
 from .drawing import Chart, Drawing, Line
+from .learned import Models
 from .paper import ACCELERATION, POSITION, VELOCITY, Experiment, Metric, Paper, named, over, peak, time_over
 
 SOURCE = (
@@ -71,7 +72,7 @@ RATIOS: tuple[Metric, ...] = (
 )
 
 
-def experiments() -> list[Experiment]:
+def experiments(models: Models) -> list[Experiment]:
     """The paper's two, the step that it leaves out, and the first over a grid of what it does not state."""
     both = {**filters(), **others()}
     first = Experiment(
