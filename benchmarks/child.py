@@ -25,12 +25,13 @@ class Size:
     scans: int
     repetitions: int
     slow_tracks: int = 10  # libraries that take some 100 µs per update
+    some_tracks: int = 1000  # of filters that are only compared with one another
     array_tracks: int = 2000  # libraries that work through NumPy arrays: their fastest batch
 
 
 FULL = Size(tracks=10_000, scans=200, repetitions=5)
-QUICK = Size(tracks=10_000, scans=50, repetitions=3, slow_tracks=4, array_tracks=500)
-TINY = Size(tracks=3, scans=5, repetitions=1, slow_tracks=1, array_tracks=2)
+QUICK = Size(tracks=10_000, scans=50, repetitions=3, slow_tracks=4, some_tracks=400, array_tracks=500)
+TINY = Size(tracks=3, scans=5, repetitions=1, slow_tracks=1, some_tracks=3, array_tracks=2)
 SIZES = {"full": FULL, "quick": QUICK, "tiny": TINY}
 ARRAYS = {"simdkalman", "kalbee"}
 COMPILED = {"dynamax"}
@@ -42,6 +43,23 @@ def run_engine(size: Size) -> dict[str, Any]:
 
     laps = race.run_race(engine.jobs(size.tracks, size.scans), size.repetitions)
     return {name: lap.costs for name, lap in laps.items()}
+
+
+def run_adaptive(size: Size) -> dict[str, Any]:
+    """The adaptive filters and the plain ones they are held against: seconds per update, by job."""
+    from . import adaptive
+
+    laps = race.run_race(adaptive.jobs(size.some_tracks, size.scans), size.repetitions)
+    return {name: lap.costs for name, lap in laps.items()}
+
+
+def run_structure(size: Size) -> dict[str, Any]:
+    """Variable structures against all forty modes: seconds per update, and position RMSE with its standard error."""
+    from . import structure
+
+    laps = race.run_race(structure.jobs(size.some_tracks // 5 or 1, size.scans), size.repetitions)
+    rms = structure.accuracy(size.some_tracks, size.scans, size.some_tracks)
+    return {"costs": {name: lap.costs for name, lap in laps.items()}, "rms": rms}
 
 
 def run_peers(size: Size, keys: tuple[str, ...] = peers.PEERS) -> dict[str, Any]:
@@ -157,17 +175,20 @@ def _resident_bytes() -> int:
 def main(arguments: list[str] | None = None) -> int:
     """Run one task and print its result as one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("task", choices=["engine", "peers", "fresh", "threads", "memory"])
+    parser.add_argument("task", choices=["engine", "adaptive", "structure", "peers", "fresh", "threads", "memory"])
     parser.add_argument("--size", choices=SIZES, default="full")
     parser.add_argument("--outputs", choices=["STATES", "EVERYTHING"], default="STATES")
     options = parser.parse_args(arguments)
     size = SIZES[options.size]
-    if options.task in ("engine", "peers", "fresh"):
+    if options.task not in ("threads", "memory"):
         race.pin_to_one_core()
     if options.task == "memory":
         result = run_memory(size, options.outputs)
     else:
-        tasks = {"engine": run_engine, "peers": run_peers, "fresh": run_fresh, "threads": run_threads}
+        tasks = {
+            "engine": run_engine, "adaptive": run_adaptive, "structure": run_structure, "peers": run_peers,
+            "fresh": run_fresh, "threads": run_threads,
+        }  # fmt: skip
         result = tasks[options.task](size)
     print(json.dumps(result))
     return 0

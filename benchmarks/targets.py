@@ -76,7 +76,7 @@ def _harder_rows(results: dict[str, Any]) -> list[Row]:
             out.append(_missing(results, level, what, must))
             continue
         ratio = compare(lap, base)
-        out.append(Row(what, f"{lap.median * 1e9:.1f} ns; {_times(ratio)}", must, ratio.median <= limit))
+        out.append(Row(what, f"{lap.median * 1e9:.1f} ns; {times(ratio)}", must, ratio.median <= limit))
     return out
 
 
@@ -107,7 +107,7 @@ def _thread_rows(results: dict[str, Any]) -> list[Row]:
     rounds = sorted(zip(threads["1"], threads["2"], strict=True), key=sum)
     one, two = zip(*rounds[: (len(rounds) + 1) // 2], strict=True)  # other processes slow the rest
     ratio = compare(Lap(one), Lap(two))
-    return [Row(what, _times(ratio), must, ratio.median >= 1.8)]
+    return [Row(what, times(ratio), must, ratio.median >= 1.8)]
 
 
 def _live_rows(results: dict[str, Any]) -> list[Row]:
@@ -222,7 +222,7 @@ def _peer_row(results: dict[str, Any], job: str, key: str, what: str, limit: flo
     ratio = compare(Lap(tuple(peer["costs"])), Lap(tuple(ours["costs"])))
     same = ours["difference"] < SAME
     warning = "" if same else f", but jink differs from the textbook by {ours['difference']:.0e}"
-    return Row(what, _times(ratio) + warning, must, same and ratio.median >= limit)
+    return Row(what, times(ratio) + warning, must, same and ratio.median >= limit)
 
 
 def _missing(results: dict[str, Any], task: str, what: str, must: str) -> Row:
@@ -234,7 +234,8 @@ def reason(results: dict[str, Any], task: str) -> str:
     return f"not measured ({results.get(task, {}).get('error', 'not run')})"
 
 
-def _times(ratio: Ratio) -> str:
+def times(ratio: Ratio) -> str:
+    """A ratio as median × (least–most)."""
     digits = ".2f" if ratio.median < 20 else ",.0f"
     return f"{ratio.median:{digits}} × ({ratio.low:{digits}}–{ratio.high:{digits}})"
 

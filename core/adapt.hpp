@@ -115,7 +115,7 @@ template <class T> class Adaptation {
         for (int a = 0; a < axes; ++a) {
             const T r = fix ? select<T>(seen, fix->p[a] - in[a * block], zero) : zero;
             const T S = in[n + packed(a * block, a * block)] + unit[a] * last + (fix ? fix->P[packed(a, a)] : splat<T>(1.0));
-            const T nis = r * r / S;
+            const T nis = r * r * reciprocal(S);
             x[1 + a] = logarithmic ? logarithm<T>(nis + 0.01) : exponential<T>(-0.5 * nis) * (0.39894228040143267794 * reciprocal_root(S));
         }
         for (int k = 0; k < inputs; ++k) x[k] = (x[k] - numbers[2 * k]) / numbers[2 * k + 1];
@@ -123,7 +123,7 @@ template <class T> class Adaptation {
         const T *out = numbers.data() + 2 * inputs, low = out[2], high = out[3];
         T q = out[0] + out[1] * y[0];
         if (logarithmic) {
-            const T from = logarithm<T>(low), share = 1.0 / (1.0 + exponential<T>(-q));
+            const T from = logarithm<T>(low), share = reciprocal(1.0 + exponential<T>(-q));
             q = exponential<T>(from + (logarithm<T>(high) - from) * share);
         } else {
             q = larger<T>(smaller<T>(q, high), low);

@@ -12,143 +12,203 @@ namespace jink::inline JINK_LEVEL {
 
 template <class T> class InputEstimation {
   public:
-    explicit InputEstimation(const Composition<T> &composition)
-        : c(composition), window(c.declared.detect.window), A(c.declared.axes()), n(c.modes[0].shape.n) {}
+    explicit InputEstimation(const Composition<T> &composition) : c(composition), window(c.declared.detect.window) {}
     bool active() const { return window > 0; }
 
     // After an update: `taken` lanes had one. The estimate in the track's arena is corrected where a manoeuvre is found.
     void operator()(TrackState<T> &s, const Propagate<T> &ahead, const SensorSpec &spec, const Measurement<T> &m, const Innovation<T> &v,
-                    Mask<T> taken) {
-        const Mode<T> &mode = c.modes[0];
-        const int size = c.declared.onset_entry(), rows = spec.rows;
-        T *x = &s.arena[mode.place], *P = x + n;
-        T H[largest_measurement * L], K[L * largest_measurement], F[L * L], G[L * 3], S_root[packed_size(largest_measurement)];
-        const T zero = splat<T>(0.0), one = splat<T>(1.0);
-        const T *predicted = &ahead.predicted[mode.place];
-        observe_jacobian(spec, mode.shape.block, n, predicted, H);
-        for (int r = 0; r < rows; ++r)
-            for (int k = 0; k < n; ++k) H[r * n + k] = select<T>(m.present[r] & taken, H[r * n + k], zero);
-        cholesky<T>(rows, v.joint, S_root);
-        gains(predicted + n, H, S_root, rows, K);
-        motion(x, ahead.coefficient(0), F, G);
-        // the youngest entry: a manoeuvre that begins with the step just made
-        for (int k = window * size - 1; k >= size; --k) s.memory[k] = select<T>(s.running, s.memory[k - size], s.memory[k]);
-        for (int k = 0; k < size; ++k) s.memory[k] = select<T>(s.running, k ? zero : one, s.memory[k]);
-        T best = zero;
-        T chosen[1 + 3 * L + 9];
-        for (T &value : chosen) value = zero;
-        for (int e = 0; e < window; ++e) {
-            T *at = &s.memory[e * size];
-            advance(at, F, G, H, K, S_root, v, rows);
-            if (e + 1 < c.declared.detect.shortest) continue;
-            const T significance = select<T>(at[0] > zero, strength(at), zero);
-            const Mask<T> better = taken & (significance > best);
-            best = select<T>(better, significance, best);
-            for (int k = 0; k < size; ++k) chosen[k] = select<T>(better, at[k], chosen[k]);
+                    Mask<T> taken) const {
+        const bool short_one = spec.rows == c.declared.axes();
+        switch (c.declared.axes()) {
+            case 1: return short_one ? watch<1, 1>(s, ahead, spec, m, v, taken) : watch<1, largest_measurement>(s, ahead, spec, m, v, taken);
+            case 2: return short_one ? watch<2, 2>(s, ahead, spec, m, v, taken) : watch<2, largest_measurement>(s, ahead, spec, m, v, taken);
+            default: return short_one ? watch<3, 3>(s, ahead, spec, m, v, taken) : watch<3, largest_measurement>(s, ahead, spec, m, v, taken);
         }
-        const Mask<T> found = taken & (best > splat<T>(c.declared.detect.threshold));
-        if (!any(found)) return;
-        correct(chosen, found, x, P);
-        for (auto &value : s.memory) value = select<T>(found, zero, value);
     }
 
   private:
-    static constexpr int L = largest_state;
     const Composition<T> &c;
-    int window, A, n;
+    int window;
 
-    // K = P- H' S^-1
-    void gains(const T *P, const T *H, const T *root, int rows, T *K) const {
-        for (int i = 0; i < n; ++i) {
-            T row[largest_measurement];
-            for (int r = 0; r < rows; ++r) {
+    // An onset in the track's memory: whether it is one, M (n by A), Y packed, y.
+    template <int A> struct Onset {
+        static constexpr int n = 2 * A, M = 1, Y = M + n * A, y = Y + packed_size(A), size = y + A;
+    };
+
+    // The update just made, the same for all onsets; rows that the sensor has not are zero.
+    template <int A, int Rows> struct Update {
+        static constexpr int n = 2 * A;
+        T H[Rows * n], K[n * Rows], root[packed_size(Rows)], over[Rows], nu[Rows];  // S = root root', over = 1 / its diagonal
+
+        Update(const SensorSpec &spec, const Measurement<T> &m, const Innovation<T> &v, const T *x, const T *P, Mask<T> taken) {
+            const T zero = splat<T>(0.0);
+            for (T &value : H) value = zero;
+            for (T &value : root) value = zero;
+            for (int r = 0; r < Rows; ++r) root[packed(r, r)] = over[r] = splat<T>(1.0), nu[r] = zero;
+            observe_jacobian(spec, 2, n, x, H);
+            cholesky<T>(spec.rows, v.joint, root);
+            for (int r = 0; r < spec.rows; ++r) {
+                for (int k = 0; k < n; ++k) H[r * n + k] = select<T>(m.present[r] & taken, H[r * n + k], zero);
+                over[r] = reciprocal(root[packed(r, r)]), nu[r] = v.y[r];
+            }
+            for (int i = 0; i < n; ++i) gain(P, i);
+            whiten(nu);
+        }
+
+        JINK_INLINE void whiten(T *y) const {  // root^-1 y
+            JINK_UNROLL
+            for (int r = 0; r < Rows; ++r) {
+                JINK_UNROLL
+                for (int k = 0; k < r; ++k) y[r] = y[r] - root[packed(r, k)] * y[k];
+                y[r] = y[r] * over[r];
+            }
+        }
+
+        void gain(const T *P, int i) {  // row i of K = P- H' S^-1
+            T *row = &K[i * Rows];
+            for (int r = 0; r < Rows; ++r) {
                 row[r] = splat<T>(0.0);
                 for (int k = 0; k < n; ++k) row[r] = row[r] + P[packed(i, k)] * H[r * n + k];
             }
-            solve_lower<T>(rows, root, row);
-            solve_upper<T>(rows, root, row);
-            for (int r = 0; r < rows; ++r) K[i * rows + r] = row[r];
+            whiten(row);
+            for (int r = Rows - 1; r >= 0; --r) {
+                for (int k = r + 1; k < Rows; ++k) row[r] = row[r] - root[packed(k, r)] * row[k];
+                row[r] = row[r] * over[r];
+            }
         }
-    }
+    };
 
-    void motion(const T *x, const T *coefficient, T *F, T *G) const {
+    template <int A, int Rows>
+    void watch(TrackState<T> &s, const Propagate<T> &ahead, const SensorSpec &spec, const Measurement<T> &m, const Innovation<T> &v,
+               Mask<T> taken) const {
+        using O = Onset<A>;
         const Mode<T> &mode = c.modes[0];
-        T Q[packed_size(L)], still[L], moved[L];
-        mode.kernels.linearise(x, coefficient, nullptr, still, F, Q);
-        for (int a = 0; a < A; ++a) {
-            T unit[3] = {splat<T>(0.0), splat<T>(0.0), splat<T>(0.0)};
-            unit[a] = splat<T>(1.0);
-            T at[L], unused[L * L];
-            for (int i = 0; i < n; ++i) at[i] = splat<T>(0.0);
-            mode.kernels.linearise(at, coefficient, unit, moved, unused, Q);
-            for (int i = 0; i < n; ++i) G[i * A + a] = moved[i];
+        const T zero = splat<T>(0.0), *dt = ahead.coefficient(0);  // and dt^2 / 2: the motion is one of constant velocity
+        const T *x = &ahead.predicted[mode.place];
+        const Update<A, Rows> update(spec, m, v, x, x + O::n, taken);
+        T best = zero, which = zero, none[O::size];
+        for (T &value : none) value = zero;
+        none[0] = select<T>(s.running, splat<T>(1.0), zero);
+        for (int e = window - 1; e >= 0; --e) {  // each a scan older; the youngest begins with the step just made
+            T *at = &s.memory[e * O::size];
+            advance<A, Rows>(e ? at - O::size : none, dt, update, at);
+            if (e + 1 < c.declared.detect.shortest) continue;
+            const T significance = select<T>(at[0] > zero, strength<A>(at), zero);
+            const Mask<T> better = taken & inverse(significance < best) & (significance > zero);
+            best = select<T>(better, significance, best), which = select<T>(better, splat<T>(e), which);
         }
+        const Mask<T> found = taken & (best > splat<T>(c.declared.detect.threshold));
+        if (!any(found)) return;
+        T chosen[O::size];
+        for (int k = 0; k < O::size; ++k) {
+            chosen[k] = s.memory[k];
+            for (int e = 1; e < window; ++e) chosen[k] = select<T>(which == splat<T>(e), s.memory[e * O::size + k], chosen[k]);
+        }
+        correct<A>(chosen, found, &s.arena[mode.place]);
+        for (auto &value : s.memory) value = select<T>(found, zero, value);
     }
 
-    void advance(T *at, const T *F, const T *G, const T *H, const T *K, const T *root, const Innovation<T> &v, int rows) const {
-        T *M = at + 1, *Y = M + n * A, *y = Y + packed_size(A);
-        T moved[L * 3], psi[3][largest_measurement], nu[largest_measurement];
-        for (int i = 0; i < n; ++i)
-            for (int a = 0; a < A; ++a) {
-                T sum = G[i * A + a];
-                for (int k = 0; k < n; ++k) sum = sum + F[i * n + k] * M[k * A + a];
-                moved[i * A + a] = sum;
-            }
-        for (int r = 0; r < rows; ++r) nu[r] = v.y[r];
-        solve_lower<T>(rows, root, nu);
+    // M <- (I - K H)(F M + G), psi = H (F M + G) and nu whitened, Y += psi' psi, y += psi' nu.
+    template <int A, int Rows> void advance(const T *from, const T *dt, const Update<A, Rows> &update, T *to) const {
+        using O = Onset<A>;
+        constexpr int n = O::n;
+        T psi[A][Rows];
+        to[0] = from[0];
+        JINK_UNROLL
         for (int a = 0; a < A; ++a) {
-            for (int r = 0; r < rows; ++r) {
-                psi[a][r] = splat<T>(0.0);
-                for (int k = 0; k < n; ++k) psi[a][r] = psi[a][r] + H[r * n + k] * moved[k * A + a];
+            T moved[n];
+            JINK_UNROLL
+            for (int i = 0; i < n; i += 2) {
+                const T *M = from + O::M + i * A + a;
+                moved[i] = M[0] + dt[0] * M[A], moved[i + 1] = M[A];
+                if (i == 2 * a) moved[i] = moved[i] + dt[1], moved[i + 1] = moved[i + 1] + dt[0];
             }
+            JINK_UNROLL
+            for (int r = 0; r < Rows; ++r) {
+                psi[a][r] = update.H[r * n] * moved[0];
+                JINK_UNROLL
+                for (int k = 1; k < n; ++k) psi[a][r] = psi[a][r] + update.H[r * n + k] * moved[k];
+            }
+            JINK_UNROLL
             for (int i = 0; i < n; ++i) {
-                T sum = moved[i * A + a];
-                for (int r = 0; r < rows; ++r) sum = sum - K[i * rows + r] * psi[a][r];
-                M[i * A + a] = sum;
+                T sum = moved[i];
+                JINK_UNROLL
+                for (int r = 0; r < Rows; ++r) sum = sum - update.K[i * Rows + r] * psi[a][r];
+                to[O::M + i * A + a] = sum;
             }
-            solve_lower<T>(rows, root, psi[a]);
+            update.whiten(psi[a]);
         }
+        JINK_UNROLL
         for (int a = 0; a < A; ++a) {
-            for (int r = 0; r < rows; ++r) y[a] = y[a] + psi[a][r] * nu[r];
-            for (int b = 0; b <= a; ++b)
-                for (int r = 0; r < rows; ++r) Y[packed(a, b)] = Y[packed(a, b)] + psi[a][r] * psi[b][r];
+            to[O::y + a] = from[O::y + a];
+            JINK_UNROLL
+            for (int r = 0; r < Rows; ++r) to[O::y + a] = to[O::y + a] + psi[a][r] * update.nu[r];
+            JINK_UNROLL
+            for (int b = 0; b <= a; ++b) {
+                const int k = O::Y + packed(a, b);
+                to[k] = from[k];
+                JINK_UNROLL
+                for (int r = 0; r < Rows; ++r) to[k] = to[k] + psi[a][r] * psi[b][r];
+            }
         }
     }
 
-    // The root of Y, its diagonal no smaller than what rounding leaves of it.
-    void root_of(const T *Y, T *root) const {
-        T kept[6];
-        for (int k = 0; k < packed_size(A); ++k) kept[k] = Y[k];
-        for (int a = 0; a < A; ++a) kept[packed(a, a)] = larger<T>(kept[packed(a, a)] * (1.0 + 1e-12), splat<T>(1e-200));
-        cholesky<T>(A, kept, root);
+    // Y = L D L' with D no smaller than what rounding leaves of it; over = 1 / D.
+    template <int A> JINK_INLINE static void factor(const T *Y, T (&L)[A][A], T *over) {
+        T D[A];
+        JINK_UNROLL
+        for (int j = 0; j < A; ++j) {
+            const T whole = larger<T>(Y[packed(j, j)] * (1.0 + 1e-12), splat<T>(1e-200));
+            D[j] = whole;
+            JINK_UNROLL
+            for (int k = 0; k < j; ++k) D[j] = D[j] - L[j][k] * L[j][k] * D[k];
+            D[j] = larger<T>(D[j], 2.220446049250313e-16 * whole);
+            over[j] = reciprocal(D[j]);
+            JINK_UNROLL
+            for (int i = j + 1; i < A; ++i) {
+                L[i][j] = Y[packed(i, j)];
+                JINK_UNROLL
+                for (int k = 0; k < j; ++k) L[i][j] = L[i][j] - L[i][k] * L[j][k] * D[k];
+                L[i][j] = L[i][j] * over[j];
+            }
+        }
     }
 
-    T strength(const T *at) const {
-        const T *Y = at + 1 + n * A, *y = Y + packed_size(A);
-        T root[6], u[3], sum = splat<T>(0.0);
-        root_of(Y, root);
-        for (int a = 0; a < A; ++a) u[a] = y[a];
-        solve_lower<T>(A, root, u);
-        for (int a = 0; a < A; ++a) sum = sum + u[a] * u[a];
+    // y' Y^-1 y
+    template <int A> JINK_INLINE T strength(const T *at) const {
+        using O = Onset<A>;
+        T L[A][A] = {}, over[A], u[A], sum = splat<T>(0.0);
+        factor<A>(at + O::Y, L, over);
+        JINK_UNROLL
+        for (int a = 0; a < A; ++a) {
+            u[a] = at[O::y + a];
+            JINK_UNROLL
+            for (int k = 0; k < a; ++k) u[a] = u[a] - L[a][k] * u[k];
+            sum = sum + u[a] * u[a] * over[a];
+        }
         return sum;
     }
 
-    void correct(const T *at, Mask<T> found, T *x, T *P) const {
-        const T *M = at + 1, *Y = M + n * A, *y = Y + packed_size(A);
-        T root[6], u[3], W[L * 3];  // W = M root^-T, so that M Y^-1 M' = W W'
-        root_of(Y, root);
-        for (int a = 0; a < A; ++a) u[a] = y[a];
-        solve_lower<T>(A, root, u);
-        for (int i = 0; i < n; ++i) {
-            T row[3];
-            for (int a = 0; a < A; ++a) row[a] = M[i * A + a];
-            solve_lower<T>(A, root, row);
+    // x += M Y^-1 y, P += M Y^-1 M', with W = M L^-T: M Y^-1 M' = W D^-1 W'.
+    template <int A> void correct(const T *at, Mask<T> found, T *x) const {
+        using O = Onset<A>;
+        T L[A][A] = {}, over[A], u[A], W[O::n * A], *P = x + O::n;
+        factor<A>(at + O::Y, L, over);
+        const auto solve = [&](const T *from, T *to) {
+            for (int a = 0; a < A; ++a) {
+                to[a] = from[a];
+                for (int k = 0; k < a; ++k) to[a] = to[a] - L[a][k] * to[k];
+            }
+        };
+        solve(at + O::y, u);
+        for (int i = 0; i < O::n; ++i) {
+            solve(at + O::M + i * A, &W[i * A]);
             T moved = splat<T>(0.0);
-            for (int a = 0; a < A; ++a) W[i * A + a] = row[a], moved = moved + row[a] * u[a];
+            for (int a = 0; a < A; ++a) moved = moved + W[i * A + a] * u[a] * over[a];
             x[i] = select<T>(found, x[i] + moved, x[i]);
             for (int k = 0; k <= i; ++k) {
                 T sum = splat<T>(0.0);
-                for (int a = 0; a < A; ++a) sum = sum + W[i * A + a] * W[k * A + a];
+                for (int a = 0; a < A; ++a) sum = sum + W[i * A + a] * W[k * A + a] * over[a];
                 P[packed(i, k)] = select<T>(found, P[packed(i, k)] + sum, P[packed(i, k)]);
             }
         }

@@ -13,8 +13,8 @@ template <class T> class Propagate {
         pi.resize(m * m), weights.resize(m * m), prior.resize(m);
         coefficients.resize(all * largest_coefficients);
         for (const auto &mode : c.modes) adapts = adapts || mode.adapt.active();
-        if (adapts) units.resize(all * largest_coefficients);
-        if (c.varying) used.resize(all * largest_coefficients), inputs.resize(all * 3);
+        if (adapts) units.resize(all * largest_coefficients), noises.resize(all * largest_coefficients);
+        if (c.varying) inputs.resize(all * 3);
         last_dt = nan_of<T>();
         if (!pairwise()) return;
         for (const auto &mode : c.modes) stride = std::max(stride, mode.size());
@@ -27,7 +27,7 @@ template <class T> class Propagate {
     std::vector<T> prior;       // mode probabilities before the measurement
     std::vector<T> pairs, pair_prior;  // GPB2: of mode i before and j now, at j * count + i
     int stride = 0;             // numbers from one pair to the next
-    std::vector<T> used, inputs;  // of each mode in this scan, where they vary: coefficients and known accelerations
+    std::vector<T> inputs;      // known accelerations of each mode in this scan, where they vary
 
     bool pairwise() const { return c.declared.interaction == Interaction::gpb2; }
 
@@ -40,6 +40,16 @@ template <class T> class Propagate {
         if (!c.proposes()) c.switching.over(dt, pi.data(), weights.data());
     }
     const T *coefficient(int j) const { return &coefficients[j * largest_coefficients]; }
+    // Of all modes those of this scan, the noise that was asked for included; nothing where they do not vary.
+    void used(std::vector<T> &out) const {
+        if (!c.varying) return;
+        out = coefficients;
+        for (int j = 0; j < int(c.modes.size()); ++j) {
+            const Mode<T> &mode = c.modes[j];
+            const int from = j * largest_coefficients + mode.kernels.noise_at;
+            if (mode.adapt.active()) std::copy_n(&noises[from], mode.shape.axes * mode.kernels.noise_terms, &out[from]);
+        }
+    }
     const T *transition() const { return pi.data(); }
     Proposal<T> proposal;
 
@@ -86,7 +96,7 @@ template <class T> class Propagate {
     }
 
   private:
-    std::vector<T> pi, weights, coefficients, units;
+    std::vector<T> pi, weights, coefficients, units, noises;  // of modes that adapt: for unit variances, and for those of this scan
     std::vector<int> pair_places;
     T last_dt;
     bool adapts = false;
@@ -94,14 +104,17 @@ template <class T> class Propagate {
     void prepare(int j, T dt, const T *parameters) {
         const Mode<T> &mode = c.modes[j];
         mode.kernels.prepare(mode.motion, dt, parameters, &coefficients[j * largest_coefficients]);
-        if (mode.adapt.active()) mode.kernels.prepare(mode.motion, dt, mode.unit.data(), &units[j * largest_coefficients]);
+        if (!mode.adapt.active()) return;
+        T *unit = &units[j * largest_coefficients];
+        mode.kernels.prepare(mode.motion, dt, mode.unit.data(), unit);
+        std::copy_n(unit, largest_coefficients, &noises[j * largest_coefficients]);
     }
 
     // The slots' modes of this scan and how they follow from those of the last.
     void take_up(TrackState<T> &s, T dt) {
         proposal.transition(s, dt, pi.data());
-        if (!proposal.load(s)) return;
-        for (int j = 0; j < c.count; ++j) prepare(j, dt, proposal.parameters(j));
+        for (int j = 0; j < c.count; ++j)
+            if (proposal.load(s, j)) prepare(j, dt, proposal.parameters(j));
     }
 
     // prior = Pi' mu, and w_ij = Pi_ij mu_i / prior_j; GPB1 starts every mode from the combined estimate, w_ij = mu_i.
@@ -154,7 +167,6 @@ template <class T> class Propagate {
         }
         mode.kernels.predict(in, coefficient(j), input, out);
         if (mode.adapt.active()) adapt(s, j, fix, out);
-        else if (c.varying) std::copy_n(coefficient(j), largest_coefficients, &used[j * largest_coefficients]);
         for (int a = 0; c.varying && a < axes; ++a) inputs[j * 3 + a] = input ? input[a] : splat<T>(0.0);
     }
 
@@ -162,17 +174,14 @@ template <class T> class Propagate {
     void adapt(TrackState<T> &s, int j, const Fix<T> *fix, T *at) {
         const Mode<T> &mode = c.modes[j];
         const T *unit = &units[j * largest_coefficients];
+        T *noise = &noises[j * largest_coefficients];
         const int axes = mode.shape.axes, from = mode.kernels.noise_at, terms = mode.kernels.noise_terms;
-        T variance[3], position[3], scaled[largest_coefficients];
+        T variance[3], position[3];
         for (int a = 0; a < axes; ++a) position[a] = unit[from + a * terms];
         mode.adapt(at, mode.shape.block, axes, mode.shape.n, position, fix, s.carry.data() + mode.carry, variance);
-        for (int k = 0; k < largest_coefficients; ++k) scaled[k] = unit[k];
         for (int a = 0; a < axes; ++a)
-            for (int k = from + a * terms; k < from + (a + 1) * terms; ++k) scaled[k] = variance[a] * unit[k];
-        mode.kernels.add_noise(scaled, at + mode.shape.n);
-        T *kept = &used[j * largest_coefficients];
-        std::copy_n(coefficient(j), largest_coefficients, kept);
-        std::copy_n(scaled + from, axes * terms, kept + from);
+            for (int k = from + a * terms; k < from + (a + 1) * terms; ++k) noise[k] = variance[a] * unit[k];
+        mode.kernels.add_noise(noise, at + mode.shape.n);
     }
 };
 

@@ -22,34 +22,54 @@ template <class T> class Proposal {
     explicit Proposal(const Composition<T> &composition) : c(composition), d(c.declared), slots(c.count), all(c.members()) {
         if (!c.proposes()) return;
         own_slots = slots == all && d.propose.kind != Propose::grid;
-        taken.assign(slots, nan_of<T>());
-        for (int j = 0; j < slots; ++j) {
-            parameters_of.push_back(Composition<T>::numbers(d.modes[j].parameters));
-            levels_of.push_back(Composition<T>::numbers(d.modes[j].level));
-        }
-        reached.resize(all);
+        const T unknown = nan_of<T>();
+        taken.assign(slots, unknown), chosen.assign(slots, unknown), centre = seen_dt = unknown;
+        seen_alive.assign(slots, unknown), seen_next.assign(slots, unknown);
+        if (!own_slots) tabulate();
+        if (d.propose.kind != Propose::active) return;
+        reached.resize(all), candidates.resize(all);
+        for (int i = 0; i < all; ++i)
+            for (int to : d.propose.neighbours[i]) {
+                const double row = d.transition[i * all + to];
+                edges.push_back({i, to, std::max(d.continuous && to == i ? 1.0 + row : row, 1e-300)});
+            }
+        for (int i = 0, e = 0; i <= all; first_edge.push_back(e), ++i)
+            while (e < int(edges.size()) && edges[e].from < i) ++e;
     }
 
-    const T *parameters(int j) const { return own_slots ? c.modes[j].parameters.data() : parameters_of[j].data(); }
-    const T *level(int j) const { return levels_of[j].empty() ? nullptr : levels_of[j].data(); }
+    const T *parameters(int j) const { return own_slots ? c.modes[j].parameters.data() : &numbers[j * fields]; }
+    const T *level(int j) const {
+        if (own_slots) return c.modes[j].level.empty() ? nullptr : c.modes[j].level.data();
+        return fields > level_at ? &numbers[j * fields + level_at] : nullptr;
+    }
 
-    // The slots' numbers for this scan; false where they are those of the last one. Between two modes (a grid's points lie
-    // anywhere) in proportion.
-    bool load(const TrackState<T> &s) {
+    // Slot j takes on the numbers of its mode, in the lanes where that is another one than before; false if in none. Between two
+    // modes (a grid's points lie anywhere) in proportion.
+    bool load(const TrackState<T> &s, int j) {
         if (own_slots) return false;
-        bool changed = false;
-        for (int j = 0; j < slots; ++j) {
-            if (all_same(s.next[j], taken[j])) continue;
-            taken[j] = s.next[j], changed = true;
-            for (int l = 0; l < width<T>; ++l) load_lane(j, l, lane(s.next[j], l));
+        const Mask<T> stale = inverse(s.next[j] == taken[j]);
+        if (!any(stale)) return false;
+        taken[j] = s.next[j];
+        for (int l = 0; l < width<T>; ++l) {
+            const double at = lane(taken[j], l);
+            if (!lane(stale, l) || at < 0.0) continue;  // of a slot without a mode whatever was there
+            const int low = int(at), high = std::min(low + 1, all - 1);
+            const double above = at - low, *a = &table[low * fields], *b = &table[high * fields];
+            for (int k = 0; k < fields; ++k) set_lane(numbers[j * fields + k], l, a[k] + above * (b[k] - a[k]));
         }
-        return changed;
+        return true;
     }
 
-    // Pi (slots x slots) over dt: from `alive` to `next`. A continuous chain changes at most once in a step.
-    void transition(const TrackState<T> &s, T dt, T *pi) const {
+    // Pi (slots x slots) over dt: from `alive` to `next`, in the lanes where it is not what it was. A continuous chain changes at
+    // most once in a step.
+    void transition(const TrackState<T> &s, T dt, T *pi) {
+        Mask<T> stale = inverse(dt == seen_dt);
+        for (int j = 0; j < slots && d.propose.kind != Propose::grid; ++j)  // a grid's points keep their roles
+            stale = stale | inverse(s.alive[j] == seen_alive[j]) | inverse(s.next[j] == seen_next[j]);
+        if (!any(stale)) return;
+        seen_dt = dt, seen_alive = s.alive, seen_next = s.next;
         for (int l = 0; l < width<T>; ++l)
-            for (int i = 0; i < slots; ++i) {
+            for (int i = 0; lane(stale, l) && i < slots; ++i) {
                 double row[largest_set];
                 const int from = int(lane(s.alive[i], l));
                 if (from >= 0) row_of(s, l, i, from, lane(dt, l), row);
@@ -59,13 +79,12 @@ template <class T> class Proposal {
 
     // After a scan: `alive` is what was run, `next` what will be.
     void choose(TrackState<T> &s, Mask<T> which) {
-        for (int l = 0; l < width<T>; ++l) {
-            if (!lane(which, l)) continue;
-            for (int j = 0; j < slots; ++j) set_lane(s.alive[j], l, lane(s.next[j], l));
-            if (d.propose.kind == Propose::digraph) neighbours_of_likeliest(s, l);
-            else if (d.propose.kind == Propose::active) likeliest(s, l);
-            else if (d.propose.kind == Propose::grid) regrid(s, l);
-        }
+        for (int j = 0; j < slots; ++j) s.alive[j] = select<T>(which, s.next[j], s.alive[j]);
+        if (d.propose.kind == Propose::grid) return regrid(s, which);
+        if (d.propose.kind == Propose::digraph) neighbours_of_likeliest(s);
+        for (int l = 0; l < width<T> && d.propose.kind == Propose::active; ++l)
+            if (lane(which, l)) likeliest(s, l);
+        for (int j = 0; j < slots; ++j) s.next[j] = select<T>(which, chosen[j], s.next[j]);
     }
 
     // Probabilities of all modes of the set, from those of the slots.
@@ -84,25 +103,34 @@ template <class T> class Proposal {
 
   private:
     static constexpr int largest_set = 64;  // slots
+    struct Edge {
+        int from, to;
+        double share;  // of a step's transition
+    };
     const Composition<T> &c;
     const Declaration &d;
-    int slots, all;
+    int slots, all, fields = 0, level_at = 0;
     bool own_slots = true;
-    std::vector<std::vector<T>> parameters_of, levels_of;
-    std::vector<T> taken;
-    std::vector<double> reached;
+    std::vector<double> table, reached;  // each mode's parameters, then its level; probability of each mode of the next scan
+    std::vector<T> numbers;              // the same of each slot
+    std::vector<T> taken, seen_alive, seen_next, chosen;
+    std::vector<Edge> edges;             // mode after mode,
+    std::vector<int> first_edge, candidates;
+    T centre, seen_dt;
 
-    static bool all_same(T a, T b) { return jink::all(a == b); }
-
-    void load_lane(int j, int l, double at) {
-        if (at < 0) return;  // whatever was there
-        const int low = int(at), high = std::min(low + 1, all - 1);
-        const double above = at - low;
-        const auto between = [&](const std::vector<double> &a, const std::vector<double> &b, std::vector<T> &to) {
-            for (std::size_t k = 0; k < a.size(); ++k) set_lane(to[k], l, a[k] + above * (b[k] - a[k]));
-        };
-        between(d.modes[low].parameters, d.modes[high].parameters, parameters_of[j]);
-        between(d.modes[low].level, d.modes[high].level, levels_of[j]);
+    void tabulate() {
+        level_at = int(d.modes[0].parameters.size());
+        std::size_t levels = 0;
+        for (const auto &m : d.modes) levels = std::max(levels, m.level.size());
+        fields = level_at + int(levels);
+        table.assign(all * fields, 0.0);
+        numbers.assign(slots * fields, splat<T>(0.0));
+        for (int m = 0; m < all; ++m) {
+            std::copy(d.modes[m].parameters.begin(), d.modes[m].parameters.end(), &table[m * fields]);
+            std::copy(d.modes[m].level.begin(), d.modes[m].level.end(), &table[m * fields + level_at]);
+        }
+        for (int j = 0; j < slots; ++j)
+            for (int k = 0; k < fields; ++k) numbers[j * fields + k] = splat<T>(table[j * fields + k]);
     }
 
     // Row of source slot i in mode `from` (of a grid: in the role i), over dt.
@@ -130,59 +158,64 @@ template <class T> class Proposal {
         }
     }
 
-    int best_slot(const TrackState<T> &s, int l) const {
-        int best = 0;
-        for (int j = 1; j < slots; ++j)
-            if (lane(s.alive[best], l) < 0 || (lane(s.alive[j], l) >= 0 && lane(s.probability[j], l) > lane(s.probability[best], l))) best = j;
-        return best;
+    void put(int l, const int *members, int count) {
+        for (int j = 0; j < slots; ++j) set_lane(chosen[j], l, -1.0);
+        for (int k = 0; k < count; ++k) set_lane(chosen[own_slots ? members[k] : k], l, members[k]);
     }
 
-    void put(TrackState<T> &s, int l, const int *members, int count) const {
-        for (int j = 0; j < slots; ++j) set_lane(s.next[j], l, -1.0);
-        for (int k = 0; k < count; ++k) set_lane(s.next[own_slots ? members[k] : k], l, members[k]);
-    }
-
-    void neighbours_of_likeliest(TrackState<T> &s, int l) const {
-        const auto &near = d.propose.neighbours[int(lane(s.alive[best_slot(s, l)], l))];
-        put(s, l, near.data(), int(near.size()));
+    void neighbours_of_likeliest(const TrackState<T> &s) {
+        T best = splat<T>(-1.0), most = best;
+        for (int j = 0; j < slots; ++j) {
+            const Mask<T> better = living(s.alive[j]) & (inverse(living(best)) | (s.probability[j] > most));
+            best = select<T>(better, s.alive[j], best), most = select<T>(better, s.probability[j], most);
+        }
+        const Mask<T> stale = inverse(best == centre);
+        if (!any(stale)) return;
+        centre = best;
+        for (int l = 0; l < width<T>; ++l) {
+            if (!lane(stale, l) || lane(best, l) < 0.0) continue;
+            const auto &near = d.propose.neighbours[int(lane(best, l))];
+            put(l, near.data(), int(near.size()));
+        }
     }
 
     // numbers[0]: how many
-    void likeliest(TrackState<T> &s, int l) {
-        int candidates[largest_set * 8], found = 0;
+    void likeliest(const TrackState<T> &s, int l) {
+        int found = 0, kept = 0, best[largest_set];
         for (int i = 0; i < slots; ++i) {
             const int from = int(lane(s.alive[i], l));
             if (from < 0) continue;
-            for (int to : d.propose.neighbours[from]) {
-                const double row = d.continuous && to == from ? 1.0 + d.transition[from * all + to] : d.transition[from * all + to];
-                if (reached[to] == 0.0 && found < largest_set * 8) candidates[found++] = to;
-                reached[to] += std::max(row, 1e-300) * std::max(lane(s.probability[i], l), 1e-300);
+            const double p = std::max(lane(s.probability[i], l), 1e-300);
+            for (int e = first_edge[from]; e < first_edge[from + 1]; ++e) {
+                const int to = edges[e].to;
+                if (reached[to] == 0.0) candidates[found++] = to;
+                reached[to] += edges[e].share * p;
             }
         }
         const int keep = std::min(found, int(d.propose.numbers[0]));
-        std::partial_sort(candidates, candidates + keep, candidates + found, [&](int a, int b) {
-            return reached[a] != reached[b] ? reached[a] > reached[b] : a < b;
-        });
-        std::sort(candidates, candidates + keep);
+        const auto before = [&](int a, int b) { return reached[a] != reached[b] ? reached[a] > reached[b] : a < b; };
+        for (int k = 0; k < found; ++k) {
+            int at = kept < keep ? kept++ : keep;
+            for (; at > 0 && before(candidates[k], best[at - 1]); --at)
+                if (at < keep) best[at] = best[at - 1];
+            if (at < keep) best[at] = candidates[k];
+        }
         for (int k = 0; k < found; ++k) reached[candidates[k]] = 0.0;
-        put(s, l, candidates, keep);
+        std::sort(best, best + keep);
+        put(l, best, keep);
     }
 
     // numbers: least distance of two points, the probability below which an outer point comes nearer, and above which it goes out
-    void regrid(TrackState<T> &s, int l) const {
-        const double least = d.propose.numbers[0], unlikely = d.propose.numbers[1], likely = d.propose.numbers[2];
-        double at[3], p[3];
-        for (int j = 0; j < 3; ++j) at[j] = lane(s.alive[j], l), p[j] = lane(s.probability[j], l);
-        const double centre = p[0] * at[0] + p[1] * at[1] + p[2] * at[2];
-        const auto step = [&](double before, double mine) {
-            const double now = mine < unlikely ? 0.5 * before : mine > likely ? 2.0 * before : before;
-            return std::max(now, least);
+    void regrid(TrackState<T> &s, Mask<T> which) const {
+        const T least = splat<T>(d.propose.numbers[0]), unlikely = splat<T>(d.propose.numbers[1]), likely = splat<T>(d.propose.numbers[2]);
+        const T *at = s.alive.data(), *p = s.probability.data(), last = splat<T>(all - 1.0);
+        const auto step = [&](T before, T mine) {
+            return larger<T>(select<T>(mine < unlikely, 0.5 * before, select<T>(mine > likely, 2.0 * before, before)), least);
         };
-        const double left = step(at[1] - at[0], p[0]), right = step(at[2] - at[1], p[2]), last = all - 1;
-        const double middle = std::clamp(centre, least, last - least);
-        set_lane(s.next[1], l, middle);
-        set_lane(s.next[0], l, std::max(middle - left, 0.0));
-        set_lane(s.next[2], l, std::min(middle + right, last));
+        const T left = step(at[1] - at[0], p[0]), right = step(at[2] - at[1], p[2]);
+        const T middle = smaller<T>(larger<T>(p[0] * at[0] + p[1] * at[1] + p[2] * at[2], least), last - least);
+        const T to[3] = {larger<T>(middle - left, splat<T>(0.0)), middle, smaller<T>(middle + right, last)};
+        for (int j = 0; j < 3; ++j) s.next[j] = select<T>(which, to[j], s.next[j]);
     }
 };
 

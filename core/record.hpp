@@ -32,7 +32,7 @@ void record(const Step<T> &step, const TrackState<T> &s, const Scan<T> &scan, co
     r.used = scan.active & inverse(o.gated);
     r.sensor = scan.sensor ? 0 : scan.one_sensor;
     r.others.clear();
-    r.coefficients = step.ahead.used, r.inputs = step.ahead.inputs;
+    step.ahead.used(r.coefficients), r.inputs = step.ahead.inputs;
     if (c.count == 1) return;
     const auto lanes_of = [&](int sensor) {
         Mask<T> mine = splat_mask<T>(!scan.sensor);

@@ -90,11 +90,10 @@ class Rows {
         scan.time = time.at(k, 0);
         for (int r = 0; r < in.columns; ++r) scan.z[r] = z.at(k, r);
         scan.own_noise = in.noise, scan.own_full = in.full_noise;
-        if (in.noise)
-            for (int r = 0; r < in.columns; ++r)
-                if (!in.full_noise) scan.R[r] = noise.at(k, r);
-                else
-                    for (int q = 0; q <= r; ++q) scan.R[packed(r, q)] = noise.at(k, r * in.columns + q);
+        for (int r = 0; in.noise && r < in.columns; ++r) {
+            if (!in.full_noise) scan.R[r] = noise.at(k, r);
+            for (int q = 0; in.full_noise && q <= r; ++q) scan.R[packed(r, q)] = noise.at(k, r * in.columns + q);
+        }
         for (int a = 0; in.input && a < axes; ++a) known[a] = input.at(k, a);
         scan.input = in.input ? known : nullptr;
         PackMask lengths;

@@ -255,7 +255,7 @@ template <class T> class Smooth {
                     spread[packed(r, q)] = spread[packed(r, q)] + p[j].share * (p[j].x[r] - x[r]) * (p[j].x[q] - x[q]);
         for (int k = 0; k < packed_size(n); ++k) P[k] = P[k] + spread[k];
         for (int r = 0; r < n; ++r) P[packed(r, r)] = P[packed(r, r)] * (1.0 + rounding_share(n));
-        T root[packed_size(L)];
+        T root[packed_size(L)] = {};
         semidefinite_cholesky<T>(n, out.J, root);
         integrate(n, spread, root, out);
         // its level such that under the filtered estimate it weighs what its pairs weigh together

@@ -18,7 +18,7 @@ template <class T> class SmoothOne {
         constexpr int L = largest_state;
         const int n = mode.shape.n;
         const T *x = &now.arena[mode.place], *P = x + n;
-        T ahead[L], F[L * L], Q[packed_size(L)], FP[L * L], P_ahead[packed_size(L)], chol[packed_size(L)], C[L * L], G[L * L];
+        T ahead[L], F[L * L], Q[packed_size(L)], FP[L * L], P_ahead[packed_size(L)] = {}, chol[packed_size(L)], C[L * L], G[L * L];
         forward.elapse(select<T>(next.linked, next.dt, splat<T>(0.0)));
         mode.kernels.linearise(x, next.coefficients.empty() ? forward.coefficient(0) : next.coefficients.data(), next.input_of(0), ahead, F, Q);
         for (int r = 0; r < n; ++r)

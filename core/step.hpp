@@ -28,7 +28,7 @@ template <class T> class Step {
             for (auto &S : v.S) S = splat<T>(1.0);
         }
         if (ahead.pairwise()) posterior.resize(hypotheses), updated.resize(ahead.pairs.size());
-        if (estimation.active()) always = with_nis;
+        if (estimation.active()) always = with_innovations;
     }
 
     const Composition<T> &c;
@@ -46,7 +46,7 @@ template <class T> class Step {
         dt = select<T>(scan.active, dt, zero);
         if (c.residuals) {
             const Fix<T> fix = position_of(scan);
-            before = s.carry;
+            if (c.declared.outlier_share > 0.0) before = s.carry;
             ahead(s, dt, scan.input, &fix);
         } else {
             ahead(s, dt, scan.input, nullptr);

@@ -64,6 +64,6 @@ template <class T> struct Outcome {
     Mask<T> measured, scored, gated, restarted, initialised;  // scored: its likelihood, NIS and PIT count
 };
 
-enum Detail { plain = 0, with_nis = 1, with_pit = 2 };
+enum Detail { plain = 0, with_nis = 1, with_pit = 2, with_innovations = 4 };  // the last: y and its covariance, of each mode
 
 }  // namespace jink::inline JINK_LEVEL
