@@ -37,12 +37,13 @@ template <class T> class InputEstimation {
         T best = zero;
         T chosen[1 + 3 * L + 9];
         for (T &value : chosen) value = zero;
-        for (int e = 0; e < window; ++e) {
+        // the oldest first: of onsets that explain the innovations equally well (one innovation does not tell them apart) the oldest
+        for (int e = window - 1; e >= 0; --e) {
             T *at = &s.memory[e * size];
             advance(at, F, G, H, K, S_root, v, rows);
             if (e + 1 < c.declared.detect.shortest) continue;
             const T significance = select<T>(at[0] > zero, strength(at), zero);
-            const Mask<T> better = taken & (significance > best);
+            const Mask<T> better = taken & (significance > best * (1.0 + 1e-9));
             best = select<T>(better, significance, best);
             for (int k = 0; k < size; ++k) chosen[k] = select<T>(better, at[k], chosen[k]);
         }
