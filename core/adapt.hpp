@@ -76,18 +76,18 @@ template <class T> class Adaptation {
     std::vector<T> numbers;
     Network<T> network;
 
-    // numbers: a_max, a_min (both positive), least margin; with fuzzy limits a_th, k above, k below, least margin.
+    // numbers: a_max, a_min (both positive), least margin as a share of the limit; with fuzzy limits a_th, k above, k below, least margin.
     T about_acceleration(T a) const {
         constexpr double pi = 3.14159265358979323846;
         const T zero = splat<T>(0.0), one = splat<T>(1.0), size = magnitude(a);
         const Mask<T> up = inverse(a < zero);
-        T limit = select<T>(up, numbers[0], numbers[1]), least = numbers[2];
+        T limit = select<T>(up, numbers[0], numbers[1]), share = numbers[2];
         if (kind == Adapt::fuzzy_limits) {
             const T k = select<T>(up, numbers[1], numbers[2]);
             limit = numbers[0] * smaller<T>(one, exponential<T>(-(k * (1.0 - size / numbers[0]))));
-            least = numbers[3];
+            share = numbers[3];
         }
-        const T margin = larger<T>(limit - size, least);
+        const T margin = larger<T>(limit - size, share * limit);
         return (4.0 - pi) / pi * margin * margin;
     }
 

@@ -94,7 +94,8 @@ template <class T> class InputEstimation {
             advance<A, Rows>(e ? at - O::size : none, dt, update, at);
             if (e + 1 < c.declared.detect.shortest) continue;
             const T significance = select<T>(at[0] > zero, strength<A>(at), zero);
-            const Mask<T> better = taken & inverse(significance < best) & (significance > zero);
+            // of onsets that explain the innovations equally well (one innovation does not tell them apart) the oldest
+            const Mask<T> better = taken & (significance > best * (1.0 + 1e-9));
             best = select<T>(better, significance, best), which = select<T>(better, splat<T>(e), which);
         }
         const Mask<T> found = taken & (best > splat<T>(c.declared.detect.threshold));

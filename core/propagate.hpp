@@ -18,8 +18,9 @@ template <class T> class Propagate {
         last_dt = nan_of<T>();
         if (!pairwise()) return;
         for (const auto &mode : c.modes) stride = std::max(stride, mode.size());
-        pairs.resize(m * m * stride), pair_prior.resize(m * m), pair_places.resize(m * stride);
-        for (int i = 0; i < m; ++i) pair_places[i * c.modes[0].size()] = i * stride;
+        pairs.resize(m * m * stride), pair_prior.resize(m * m), pair_places.resize(m * m * stride);
+        for (int j = 0; j < m; ++j)
+            for (int i = 0; i < m; ++i) pair_places[j * m * stride + i * c.modes[j].size()] = i * stride;
     }
 
     const Composition<T> &c;
@@ -92,12 +93,13 @@ template <class T> class Propagate {
     }
     // Mode j's pairs by `weights`, matched in two moments.
     void merge(int j, const T *from, T *out, const T *by = nullptr) const {
-        mix_kernel<T, true>(c.modes[j].shape.n)(from, pair_places.data(), by ? by : weights.data(), c.count, out);
+        const int *places = &pair_places[j * c.count * stride];
+        mix_kernel<T, true>(c.modes[j].shape.n)(from, places, by ? by : weights.data(), c.count, out);
     }
 
   private:
     std::vector<T> pi, weights, coefficients, units, noises;  // of modes that adapt: for unit variances, and for those of this scan
-    std::vector<int> pair_places;
+    std::vector<int> pair_places;  // of each mode: where its pairs lie among its own, as a mix kernel reads them
     T last_dt;
     bool adapts = false;
 

@@ -61,7 +61,8 @@ template <class T> class Step {
         } else {
             several(s, scan, detail | always, out);
         }
-        if (dimension.active()) dimension(s, position_of(scan), dt, innovations[0].nis, out.scored & inverse(out.gated), scan.active & s.running);
+        if (dimension.active())
+            dimension(s, position_of(scan), dt, innovations[0].nis, out.scored & inverse(out.gated), scan.active & s.running, out.initialised | out.restarted);
         else if (c.proposes()) ahead.proposal.choose(s, scan.active);
         return out;
     }

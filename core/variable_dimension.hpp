@@ -20,13 +20,14 @@ template <class T> class VariableDimension {
 
     // Memory: rho, scans quiet, scans manoeuvring; a' P^-1 a of the last W scans; W + 2 entries, newest first, each of them whether
     // there was a position, dt, p, R, and the quiet mode's estimate after the scan (Declaration::history_entry).
-    void operator()(TrackState<T> &s, const Fix<T> &fix, T dt, T nis, Mask<T> taken, Mask<T> live) {
+    // The scan a track starts with, like the one a manoeuvre ends with, is not yet a quiet one.
+    void operator()(TrackState<T> &s, const Fix<T> &fix, T dt, T nis, Mask<T> taken, Mask<T> live, Mask<T> fresh) {
         T *rho = &s.memory[0], *quiet_for = rho + 1, *busy_for = rho + 2, *significance = rho + 3, *entries = significance + window;
         const T zero = splat<T>(0.0), one = splat<T>(1.0);
         const Mask<T> busy = living(s.next[1]) & live, quiet = inverse(living(s.next[1])) & live;
         remember(s, entries, fix, dt, taken & fix.position, live);
         *rho = select<T>(quiet & taken, (1.0 - 1.0 / window) * *rho + nis, *rho);
-        *quiet_for = select<T>(quiet, *quiet_for + one, *quiet_for);
+        *quiet_for = select<T>(quiet & inverse(fresh), *quiet_for + one, *quiet_for);
         *busy_for = select<T>(busy, *busy_for + one, *busy_for);
         const T *onset = entries + window * c.declared.history_entry();
         const Mask<T> begins = quiet & (*rho > splat<T>(rise)) & (*quiet_for >= splat<T>(window + 2)) & (onset[0] > zero) & (onset[1] > zero);

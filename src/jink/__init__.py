@@ -1,30 +1,62 @@
 """jink: tracking of targets that manoeuvre."""
 
+import importlib
 from typing import TYPE_CHECKING, Any
 
 from .filters.estimate import STATUS, Estimate
 from .filters.imm import IMM
 from .filters.kalman import Kalman
-from .filters.loading import load
 from .motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
 from .noise import OnePoint, Outliers, Prior, Sojourn, TwoPoint
 from .sensor import Bearing, Polar, Position, PositionVelocity
 
 if TYPE_CHECKING:
+    from .filters.adaptive_imm import (
+        AccelerationLevel,
+        AdaptiveIMM,
+        AugmentedAcceleration,
+        TwoStageAcceleration,
+    )
+    from .filters.aided import Aided
+    from .filters.current_statistical import CurrentStatistical, FuzzyLimits
+    from .filters.fuzzy_imm import FuzzyNoise
+    from .filters.input_estimation import InputEstimation
+    from .filters.loading import load
+    from .filters.neural_vsmm import NetworkNoise, NeuralModes
+    from .filters.pseudo_bayesian import GPB1, GPB2, StaticMM
+    from .filters.variable_dimension import VariableDimension
+    from .filters.variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
+    from .fuzzy import FuzzyRules
     from .tracking import track
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "GPB1",
+    "GPB2",
     "IMM",
     "STATUS",
+    "AccelerationLevel",
+    "ActiveDigraph",
+    "AdaptiveGrid",
+    "AdaptiveIMM",
+    "Aided",
+    "AugmentedAcceleration",
     "Bearing",
     "ConstantAcceleration",
     "ConstantVelocity",
     "CoordinatedTurn",
+    "CurrentStatistical",
+    "DigraphSwitching",
     "Estimate",
+    "FuzzyLimits",
+    "FuzzyNoise",
+    "FuzzyRules",
+    "InputEstimation",
     "Kalman",
     "KnownTurn",
+    "NetworkNoise",
+    "NeuralModes",
     "OnePoint",
     "Outliers",
     "Polar",
@@ -33,15 +65,47 @@ __all__ = [
     "Prior",
     "Singer",
     "Sojourn",
+    "StaticMM",
     "TwoPoint",
+    "TwoStageAcceleration",
+    "VariableDimension",
     "load",
     "track",
 ]
 
+# what is imported when it is first asked for, from where: `track` needs polars and pyproj, which the rest does not
+_LATER = {
+    "AccelerationLevel": "filters.adaptive_imm",
+    "ActiveDigraph": "filters.variable_structure",
+    "AdaptiveGrid": "filters.variable_structure",
+    "AdaptiveIMM": "filters.adaptive_imm",
+    "Aided": "filters.aided",
+    "AugmentedAcceleration": "filters.adaptive_imm",
+    "CurrentStatistical": "filters.current_statistical",
+    "DigraphSwitching": "filters.variable_structure",
+    "FuzzyLimits": "filters.current_statistical",
+    "FuzzyNoise": "filters.fuzzy_imm",
+    "FuzzyRules": "fuzzy",
+    "GPB1": "filters.pseudo_bayesian",
+    "GPB2": "filters.pseudo_bayesian",
+    "InputEstimation": "filters.input_estimation",
+    "NetworkNoise": "filters.neural_vsmm",
+    "NeuralModes": "filters.neural_vsmm",
+    "StaticMM": "filters.pseudo_bayesian",
+    "TwoStageAcceleration": "filters.adaptive_imm",
+    "VariableDimension": "filters.variable_dimension",
+    "load": "filters.loading",
+    "track": "tracking",
+}
+
 
 def __getattr__(name: str) -> Any:
-    if name == "track":  # needs polars and pyproj, which the rest does not
-        from .tracking import track
+    if name not in _LATER:
+        raise AttributeError(f"module 'jink' has no attribute {name!r}")
+    found = getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
+    globals()[name] = found
+    return found
 
-        return track
-    raise AttributeError(f"module 'jink' has no attribute {name!r}")
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,6 +1,5 @@
 """Checks of what callers pass in: each says the parameter's name, what it was and what was expected."""
 
-import difflib
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -62,6 +61,8 @@ def packed(matrix: Array) -> list[float]:
 
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """The message for an unknown name: the nearest names, then all."""
+    import difflib  # for messages only
+
     names = list(known)
     close = difflib.get_close_matches(name, names, 3, 0.5)
     nearest = f"; did you mean {' or '.join(close)}?" if close else ""

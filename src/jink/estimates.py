@@ -70,8 +70,7 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
     if placed.axes == 3:
         measured["measured_z"] = placed.height
     modes = {f"probability_{name}": estimate.mode_probability[:, i] for i, name in enumerate(estimate.modes)}
-    quiet = [modes[name] for name in modes if name.startswith("probability_constant_velocity")]
-    manoeuvring = np.clip(1.0 - sum(quiet), 0.0, 1.0) if quiet else np.ones(placed.time.size)
+    manoeuvring = estimate.manoeuvring
     nis = {"nis": estimate.nis, "nis_dof": np.asarray(estimate.nis_dof).astype(np.uint8)}
     table = pl.DataFrame(
         {**head, **place, **columns, **sds, **modes, "manoeuvring": manoeuvring, **measured, **nis}
@@ -82,7 +81,7 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
         status=pl.Series(np.asarray(estimate.status)).replace_strict(
             range(len(STATUS)), STATUS, return_dtype=pl.Enum(STATUS)
         ),
-        segment=_segments(manoeuvring, placed.new),
+        segment=_segments(manoeuvring, placed.new) if any(estimate.quiet) else pl.lit(None, pl.Int32),
         file=placed.rows["file"],
         row=placed.rows["row"],
     )

@@ -13,6 +13,7 @@ import polars as pl
 
 from .default_filter import choose_filter
 from .estimates import OFF, ON, tracks_table
+from .filters.estimate import Estimate
 from .io.columns import Columns, recognise
 from .io.errors import InputError
 from .io.geodesy import DevelopedFrame, onward
@@ -255,15 +256,14 @@ def _advance(
     x = estimate.x[0].copy()
     target.speed = math.hypot(x[index["vx"]], x[index["vy"]])
     target.last, target.positioned = now, now if measured else target.positioned
-    mu = estimate.mode_probability[0].copy()
-    quiet = sum(p for name, p in zip(estimate.modes, mu, strict=True) if name.startswith("constant_velocity"))
-    level = 1.0 - quiet > (OFF if target.manoeuvring else ON)
-    target.segment += target.manoeuvring is not None and level != target.manoeuvring
-    target.manoeuvring = level
+    if any(estimate.quiet):
+        level = bool(estimate.manoeuvring[0] > (OFF if target.manoeuvring else ON))
+        target.segment += target.manoeuvring is not None and level != target.manoeuvring
+        target.manoeuvring = level
     return SimpleNamespace(
-        axes=target.axes, part=target.part, segment=target.segment, anchor=target.anchor, z=z, x=x,
-        P=estimate.P[0].copy(), mu=mu, nis=estimate.nis[0], nis_dof=estimate.nis_dof[0],
-        status=estimate.status[0],
+        axes=target.axes, part=target.part, anchor=target.anchor, z=z, x=x, P=estimate.P[0].copy(),
+        segment=target.segment if any(estimate.quiet) else None, mode_probability=estimate.mode_probability[0].copy(),
+        nis=estimate.nis[0], nis_dof=estimate.nis_dof[0], status=estimate.status[0],
     )  # fmt: skip
 
 
@@ -279,12 +279,9 @@ def _moved(placed: Placed, states: list[Any]) -> Placed:
     )
 
 
-def _joined(states: list[Any], chosen: Any) -> Any:
+def _joined(states: list[Any], chosen: Any) -> Estimate:
     stacked = {
         name: np.array([getattr(state, name) for state in states])
-        for name in ("x", "P", "nis", "nis_dof", "status")
+        for name in ("x", "P", "mode_probability", "nis", "nis_dof", "status")
     }
-    mode_probability = np.array([state.mu for state in states])
-    return SimpleNamespace(
-        **stacked, mode_probability=mode_probability, components=chosen.components, modes=chosen.modes
-    )
+    return Estimate(chosen.components, chosen.modes, stacked, chosen.quiet)

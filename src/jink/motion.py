@@ -177,12 +177,16 @@ class KnownTurn:
     acceleration_sd: PerAxis | None = None
     acceleration_psd: PerAxis | None = None
     name: ClassVar[str] = "known_turn"
-    manoeuvring: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if not abs(float(self.turn_rate)) < 100:
             raise ValueError(f"turn_rate: expected rad/s, got {self.turn_rate!r}")
         self._noise()
+
+    @property
+    def manoeuvring(self) -> bool:
+        """At a rate of zero it flies straight."""
+        return self.turn_rate != 0.0
 
     def _noise(self) -> tuple[str, PerAxis]:
         name = exactly_one(

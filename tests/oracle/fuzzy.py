@@ -55,12 +55,15 @@ class Carry:
         self.residual, self.q = np.full(shape, np.nan), np.full(shape, q)
 
     def adapt(self, rules: Rules, residual: Array) -> Array:
-        """q of this scan. dr is 0 at the first update and after a miss; a miss keeps the last q."""
-        missing = np.isnan(residual)
+        """q of this scan. dr is 0 at the first update and after a miss; a miss keeps the last q.
+
+        Reading: a scan that is not complete is a miss to the rules (the update uses what there is).
+        """
+        missing = np.isnan(residual).any(axis=-1, keepdims=True) | np.zeros(residual.shape, bool)
         r = np.where(missing, 0.0, residual)
         dr = np.where(np.isnan(self.residual), 0.0, r - self.residual)
         self.q = np.where(missing, self.q, rules.q(r, dr))
-        self.residual = residual
+        self.residual = np.where(missing, np.nan, residual)
         return self.q
 
 

@@ -54,7 +54,8 @@ def input_estimation(
     """A new onset with every scan (the input acts since the scan before), the oldest beyond `window` dropped.
 
     When max over onsets of y' Y^-1 y exceeds the threshold: x += M u, P += M Y^-1 M', and all hypotheses
-    begin anew. An input that goes on is found again. Only onsets at least `shortest` scans old are asked.
+    begin anew. An input that goes on is found again. Only onsets at least `shortest` scans old are asked; of those
+    that explain the residuals equally well (one residual does not tell them apart) the oldest is taken.
     """
     N, axes = z.shape
     start = started([motion], time, z[None, :2], R)[0]
@@ -96,7 +97,10 @@ def scan(motion, mode: Mode, onsets: list[Onset], z, R, dt, window, threshold, s
     asked = onsets[: len(onsets) - shortest + 1]
     if not asked:
         return now.mode, onsets, None
-    best = max(asked, key=lambda each: each.significance)
+    best = asked[0]
+    for each in asked[1:]:
+        if each.significance > best.significance * (1 + 1e-9):
+            best = each
     if not there.any() or best.significance <= threshold:
         return now.mode, onsets, None
     u, spread = np.linalg.solve(best.Y, best.y), np.linalg.inv(best.Y)

@@ -5,8 +5,9 @@ Friedland, "Treatment of bias in recursive filtering", IEEE T-AC 14(4), 1969; Al
 Lee, Joo & Park 2002, section 2. Tracks (B,), one axis: z (B, N), NaN where missing.
 
 Readings. The printed S(k) = H U(k-1) is S(k) = H U(k), the sensitivity of this scan's residual. `bias_sd` and
-`sd` are standard deviations of noise per scan, whatever its length; over no time there is none. The bias
-starts independent of position and velocity (V = 0), which two points with P = [R, R/T; R/T, 2R/T^2] leave open.
+`sd` are standard deviations of noise per scan, whatever its length; over no time there is none. The bias acts
+between the two points of the start as well, v = (z2 - z1)/T + a T/2, so V = [0; T/2] there, which P = [R, R/T;
+R/T, 2R/T^2] of the bias-free part leaves open.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ def begin(time: Array, z: Array, R: float, bias_prior: float) -> TwoStage:
     P = R * np.array([[1, 1 / T], [1 / T, 2 / T**2]])
     x = np.stack([z[:, 1], (z[:, 1] - z[:, 0]) / T], axis=1)
     return TwoStage(
-        x, np.tile(P, (B, 1, 1)), np.zeros(B), np.full((B, 1, 1), bias_prior), np.zeros((B, 2, 1))
+        x, np.tile(P, (B, 1, 1)), np.zeros(B), np.full((B, 1, 1), bias_prior), np.tile([[0.0], [T / 2]], (B, 1, 1))
     )
 
 

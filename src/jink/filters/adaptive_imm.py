@@ -54,6 +54,9 @@ class TwoStageAcceleration(AugmentedAcceleration):
     """
 
     name: ClassVar[str] = "two_stage_acceleration"
+    not_smoothed: ClassVar[str] = (
+        "its noise depends on the covariance it is added to; smooth an AugmentedAcceleration"
+    )
     _kind: ClassVar[int] = 7
 
 

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..times import seconds
 from .estimate import Estimate
 from .live import LiveBatch
 from .parts import Parts, native_mode
+from .quiet import quiet_modes
 from .rows import array_of, measurements, row_noise, track_offsets
 
 OUTPUTS = (
@@ -55,6 +57,7 @@ class Bank:
         parts: Parts | None = None,
     ) -> None:
         modes, axes = len(self.motions), self.axes
+        self.not_smoothed = self.not_smoothed or next(filter(None, map(_unsmoothed, self.motions)), "")
         continuous, matrix = transition_rule(
             transition, transition_step, parts.chain if parts and parts.chain else modes
         )
@@ -124,6 +127,11 @@ class Bank:
     def modes(self) -> tuple[str, ...]:
         """What the columns of mode_probability are."""
         return mode_names(self.motions)
+
+    @cached_property
+    def quiet(self) -> tuple[bool, ...]:
+        """Of each mode whether a target in it does not manoeuvre: :mod:`jink.filters.quiet`."""
+        return quiet_modes(self.motions, self.axes)
 
     def filter(
         self,
@@ -244,7 +252,7 @@ class Bank:
             times, rows, columns, bounds, which, noise, noise is not None and noise.ndim == 3, known, prior_x, prior_P,
             slots, status, smooth, _threads(threads),
         )  # fmt: skip
-        return Estimate(self.components, self.modes, results)
+        return Estimate(self.components, self.modes, results, self.quiet)
 
     @property
     def _columns(self) -> int:
@@ -316,6 +324,12 @@ def _check_units(motions: tuple[Any, ...], sensors: tuple[Any, ...]) -> None:
         for motion in motions:
             if hasattr(motion, "check_units"):
                 motion.check_units(sd)
+
+
+def _unsmoothed(motion: Any) -> str:
+    """Why a mode cannot be smoothed, itself or the motion model that it wraps."""
+    why = getattr(motion, "not_smoothed", "")
+    return why or (_unsmoothed(motion.motion) if hasattr(motion, "motion") else "")
 
 
 def as_sensors(sensor: Any) -> tuple[Any, ...]:

@@ -61,8 +61,8 @@ class CurrentStatistical:
     σ² = (4−π)/π (a_max − a)² for a ≥ 0, (4−π)/π (a_min + a)² for a < 0, a the predicted acceleration of the axis.
 
     acceleration_max a_max, and a_min downwards (m/s², both positive; default the same), or ``limits``, which move with the
-    acceleration; a margin a_max − |a| below ``least_margin`` times a_max counts as that, so that an acceleration at or beyond the
-    limit does not freeze the filter; time_constant (s); acceleration_prior_sd (m/s²) at the start, or on entering from a mode
+    acceleration; a margin a_max − |a| below ``least_margin`` times that limit counts as that much, so that an acceleration at or
+    beyond it does not freeze the filter; time_constant (s); acceleration_prior_sd (m/s²) at the start, or on entering from a mode
     without acceleration. Errors: ValueError unless exactly one of acceleration_max and limits is given.
     Source: Zhou & Kumar, J. Guidance 7(5), 1984; limits: Wang et al. 2010.
     """
@@ -95,10 +95,10 @@ class CurrentStatistical:
         """How the engine sets its variance."""
         if self.limits is not None:
             f = self.limits
-            return FUZZY_LIMITS, [], False, [f.threshold, f.up, f.down, self.least_margin * f.threshold]
+            return FUZZY_LIMITS, [], False, [f.threshold, f.up, f.down, self.least_margin]
         up = float(self.acceleration_max or 0.0)
         down = up if self.acceleration_min is None else float(self.acceleration_min)
-        return CURRENT_STATISTICAL, [], False, [up, down, self.least_margin * min(up, down)]
+        return CURRENT_STATISTICAL, [], False, [up, down, self.least_margin]
 
 
 def csaf(

@@ -17,11 +17,21 @@ class Estimate:
     log_likelihood (B,) per track and log_likelihood_scan (N,) per row; nis (N,) of the moment-matched innovation with nis_dof
     components (for several modes not exactly χ²: pit (N, m), the probability integral transform of each measured component
     given those before it, is uniform for a consistent filter); status (N,) numbers into ``jink.STATUS``. NaN before a track starts.
+    quiet: of each mode whether a target in it does not manoeuvre (:mod:`jink.filters.quiet`).
     """
 
     components: tuple[str, ...]
     modes: tuple[str, ...]
     results: dict[str, NDArray[Any]]
+    quiet: tuple[bool, ...] = ()
+
+    @property
+    def manoeuvring(self) -> NDArray[np.float64]:
+        """Probability (N,) of the modes that are not quiet; NaN for a filter whose modes do not tell manoeuvres apart."""
+        mu = self.mode_probability
+        if not any(self.quiet):
+            return np.full(mu.shape[:-1], np.nan)
+        return np.clip(1.0 - mu[..., np.array(self.quiet)].sum(axis=-1), 0.0, 1.0)
 
     def __getattr__(self, name: str) -> NDArray[Any]:
         results = self.__dict__.get("results", {})

@@ -98,4 +98,6 @@ class LiveBatch:
         status = np.empty(self.n, dtype=np.uint8)
         slots = [*(results.get(name) for name in OUTPUTS[:-1]), status]
         self._live.update(times, rows, which, noise, known, slots, predict_only)
-        return Estimate(self._bank.components, self._bank.modes, {**results, "status": status})
+        return Estimate(
+            self._bank.components, self._bank.modes, {**results, "status": status}, self._bank.quiet
+        )

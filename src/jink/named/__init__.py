@@ -8,9 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..arguments import unknown
+from .adaptive import aimm3, aimm5, augmented, two_stage
+from .current_statistical import csaf, facs, imm_facs
+from .detecting import input_estimation, variable_dimension
+from .fuzzy import kalman as fuzzy_kalman
+from .fuzzy import published_imm
 from .interacting import imm, imm_cv_ca, imm_cv_ct
+from .pseudo_bayesian import gpb1, gpb2, static
 from .purpose import ACCELERATION, Named, Purpose, Unfit
 from .single import kalman_ca, kalman_cv, singer
+from .variable_structure import vsmm_ad, vsmm_ag, vsmm_ds
 
 FILTERS: dict[str, Callable[[Purpose], Named]] = {
     "kalman-cv": kalman_cv,
@@ -19,6 +26,23 @@ FILTERS: dict[str, Callable[[Purpose], Named]] = {
     "imm": imm,
     "imm-cv-ca": imm_cv_ca,
     "imm-cv-ct": imm_cv_ct,
+    "imm-facs": imm_facs,
+    "csaf": csaf,
+    "facs": facs,
+    "two-stage": two_stage,
+    "augmented": augmented,
+    "aimm3": aimm3,
+    "aimm5": aimm5,
+    "gpb1": gpb1,
+    "gpb2": gpb2,
+    "mm": static,
+    "vsmm-ds": vsmm_ds,
+    "vsmm-ad": vsmm_ad,
+    "vsmm-ag": vsmm_ag,
+    "input-estimation": input_estimation,
+    "variable-dimension": variable_dimension,
+    "fuzzy-kalman": fuzzy_kalman,
+    "fuzzy-imm": published_imm,
 }
 SHORT = {"cv": "kalman-cv", "ca": "kalman-ca"}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..filters.imm import IMM
 from ..kinds import RARE, default_filter
-from ..motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn
+from ..motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Motion
 from ..noise import Sojourn
 from .purpose import Named, Purpose, Unfit
 
@@ -34,16 +34,20 @@ def imm(purpose: Purpose) -> Named:
 
 def imm_cv_ca(purpose: Purpose) -> Named:
     """IMM of constant velocity and constant acceleration, noises in proportion to the kind's acceleration."""
+    return Named(
+        filter=IMM(cv_and_ca(purpose), purpose.seen, STAYS, outliers=purpose.outliers),
+        words=f"IMM of CV and CA, acceleration prior sd {purpose.acceleration:g} m/s², mean stays 70 and 16 s",
+        fitted=descent(purpose),
+    )
+
+
+def cv_and_ca(purpose: Purpose) -> list[Motion]:
+    """The two modes of `imm-cv-ca` and of the filters that differ from it in how modes interact."""
     a = purpose.acceleration
-    modes = [
+    return [
         ConstantVelocity(acceleration_psd=(a / 40) ** 2),
         ConstantAcceleration(jerk_psd=(a / 40) ** 2, acceleration_prior_sd=a),
     ]
-    return Named(
-        filter=IMM(modes, purpose.seen, STAYS, outliers=purpose.outliers),
-        words=f"IMM of CV and CA, acceleration prior sd {a:g} m/s², mean stays 70 and 16 s",
-        fitted=_descent(purpose),
-    )
 
 
 def imm_cv_ct(purpose: Purpose) -> Named:
@@ -58,9 +62,10 @@ def imm_cv_ct(purpose: Purpose) -> Named:
     return Named(
         filter=IMM(modes, purpose.sensor, STAYS, outliers=purpose.outliers),
         words="IMM of CV and CT, turn rate prior sd 3.4°/s, mean stays 70 and 16 s",
-        fitted=_descent(purpose),
+        fitted=descent(purpose),
     )
 
 
-def _descent(purpose: Purpose) -> str:
+def descent(purpose: Purpose) -> str:
+    """Where the proportions of `imm-cv-ca` and `imm-cv-ct` come from, if from data like these."""
     return DESCENDED if purpose.name in FAMILIES else ""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import log, sqrt
 from typing import Any
 
-from ..noise import Outliers
-from ..sensor import Position
+from ..noise import Outliers, Sojourn
+from ..sensor import Position, PositionVelocity
 
 # m/s²: what a target of this kind pulls when it manoeuvres
 ACCELERATION = {"aircraft": 3.0, "fighter": 40.0, "vessel": 0.2, "vehicle": 3.0, "drone": 5.0, "person": 1.0}
@@ -48,6 +49,19 @@ class Purpose:
     def acceleration(self) -> float:
         """What this kind of target pulls when it manoeuvres, m/s²."""
         return ACCELERATION[self.kind]
+
+    @property
+    def position_sd(self) -> float:
+        """Of a measured position along the first axis, m. Errors: Unfit where it is not the same everywhere."""
+        if not isinstance(self.sensor, Position | PositionVelocity):
+            raise Unfit(f"its noise in metres depends on the place with a sensor of {self.sensor.components[0]}")
+        return sqrt(self.sensor.native()[9][0])
+
+    def staying(self, stay: float, modes: int) -> Sojourn:
+        """The chain of equally likely changes in which a mode outlasts one interval with probability ``stay``."""
+        even = 1.0 - 1.0 / modes
+        rate = -even * log((stay - 1.0 / modes) / even) / self.interval
+        return Sojourn(seconds=[1.0 / rate] * modes)
 
     @property
     def seen(self) -> Any:
