@@ -17,6 +17,7 @@ from .race.entrants import Entrant
 from .race.recorded import Recording, prepared, purpose_of, race_on_file, split
 from .race.result import Race
 from .race.simulated import FIRST, prepare, race
+from .race.source import drawn
 from .scenarios import Scenario, by_name
 from .sensor import Position, PositionVelocity
 
@@ -52,7 +53,7 @@ def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_
         scenarios = [each if isinstance(each, Scenario) else by_name(each) for each in names]
     except ValueError as error:
         raise InputError(str(error)) from None
-    first = prepare(scenarios[0], seed)
+    first = prepare(drawn(scenarios[0], 1, seed), FIRST)
     apart = first.purpose.per_axis and len(scenarios) == 1 and isinstance(first.purpose.seen, Position)
     parts = [_simulated(s, runs, FITTING, seed, f, apart) for f, s in enumerate(scenarios)]
     axes = {part.z.shape[1] for part in parts}
