@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: install test demo bench lint clean toolchain
+.PHONY: fit-demo install test demo bench lint clean toolchain
 
 install: $(VENV)/.installed
 
@@ -34,3 +34,6 @@ lint: install
 
 clean:
 	rm -rf build $(VENV) demo.html demo.parquet
+
+fit-demo: install
+	$(BIN)/jink fit examples/flights.parquet --starts 1 --minutes 0.5 -o fitted.json --report fitted.html

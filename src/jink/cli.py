@@ -315,6 +315,91 @@ def reproduce(
     raise typer.Exit(run_reproduce(ReproduceRequest(paper, runs, seed, json, report, quick, retrain, quiet)))
 
 
+@app.command()
+def fit(
+    data: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE|SCENARIO",
+            show_default=False,
+            help="A file of recorded positions; or a scenario, or several of them with commas, whose truth is known.",
+        ),
+    ],
+    filter_: Annotated[
+        str,
+        typer.Option(
+            "--filter",
+            metavar="NAME",
+            help="Where the fit starts: a name (a wrong one lists all), or a file written by save().",
+        ),
+    ] = "imm",
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="The fitted filter: .json for jink track --filter."
+        ),
+    ] = None,
+    objective: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="likelihood, prediction, tracking or normalised; without: tracking where there is truth, else likelihood.",
+        ),
+    ] = None,
+    truth: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMNS",
+            help="Truth in the file: px=true_x,vx=…, or the word true for the columns that jink simulate writes.",
+        ),
+    ] = None,
+    ahead: Annotated[int, typer.Option(metavar="SCANS", help="How far the prediction objective looks.")] = 1,
+    free: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATTERN", help="Fit these as well: 'sensor.*' (a wrong one lists all)."),
+    ] = None,
+    fix: Annotated[list[str] | None, typer.Option(metavar="PATTERN", help="Leave these as they are.")] = None,
+    minutes: Annotated[
+        float | None, typer.Option(metavar="M", help="Budget; the best so far is kept.")
+    ] = None,
+    runs: Annotated[int, typer.Option(metavar="N", help="Runs of a scenario to fit on.")] = 200,
+    check_runs: Annotated[int, typer.Option(metavar="N", help="Other runs of it to check on.")] = 500,
+    seed: Annotated[int, typer.Option(metavar="S", help="Of runs, splits and starts.")] = 0,
+    starts: Annotated[int, typer.Option(metavar="N", help="Places the search starts from.")] = 3,
+    kind: Annotated[
+        Kind, typer.Option(metavar="KIND", help="What a file's targets are, as for track.")
+    ] = Kind.aircraft,
+    columns: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MAP", help="Of a file, name columns yourself: target=hex,time_ms=t"),
+    ] = None,
+    checkpoint: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE", help="Where the search is kept while it runs; default: beside the output."
+        ),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Take up the search of the checkpoint.", **FLAG)
+    ] = False,
+    report: Annotated[
+        str | None, typer.Option(metavar="FILE", help="A page that shows held-out tracks before and after.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="All figures as JSON.", **FLAG)] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No table.", **FLAG)] = False,
+) -> None:
+    """A filter learned from your own targets, with or without truth, checked on data it has not seen."""
+    from .fit_command import FitRequest, run_fit
+
+    request = FitRequest(
+        data=data, output=output, filter=filter_, objective=objective, truth=truth, ahead=ahead, free=free or (),
+        fix=fix or (), runs=runs, check_runs=check_runs, seed=seed, starts=starts, minutes=minutes,
+        kind=kind.value, columns=columns or (), checkpoint=checkpoint, resume=resume, report=report, json=json,
+        quiet=quiet,
+    )  # fmt: skip
+    raise typer.Exit(run_fit(request))
+
+
 def main() -> Any:
     """Entry point of the console script."""
     return app()

@@ -50,8 +50,9 @@ def fit(
 
     filter: where the fit starts, a name of ``jink.compare.FILTERS``, a file written by ``save`` or a filter. objective:
     "likelihood" of the measurements (needs no truth), "prediction" error ``ahead`` scans on, "tracking" error against the truth
-    (the default where there is truth), or "normalised": that of each scan over the measurements', then its mean. truth of a file:
-    "true" (columns as jink simulate writes them) or component to column. free, fixed: patterns of parameter names, for example "*.acceleration_psd". runs to train on and
+    (the default where there is truth), or "normalised": that of each scan over the measurements', then its mean.
+    truth of a file: "true" (columns as jink simulate writes them) or component to column.
+    free, fixed: patterns of parameter names, for example "*.acceleration_psd". runs to train on and
     check_runs to check on, of a scenario; a file is split by its tracks, or by time if there are few. minutes: budget.
     checkpoint: file in which the search is kept, taken up again with resume. Ctrl-C keeps the best so far, ``partial`` being
     true. Errors: InputError (a ValueError).

@@ -17,10 +17,12 @@ from .race.entrants import Entrant
 from .race.recorded import Recording, prepared, purpose_of, race_on_file, split
 from .race.result import Race
 from .race.simulated import FIRST, prepare, race
+from .race.source import drawn
 from .scenarios import Scenario, by_name
 from .sensor import Position, PositionVelocity
 
 FITTING = 1 << 41  # numbers of the runs fitted on begin here: no race reaches them, nor its training runs
+SHOWN = 40  # held-out runs that the report page shows
 ALSO = ("raw", "kalman-cv", "kalman-ca", "imm")
 SIMULATED_TRUTH = {
     **{f"p{a}": f"true_{a}" for a in "xyz"},
@@ -31,8 +33,8 @@ MISPLACED = 10.0  # times the measurement's sd that the truth may lie off, in th
 
 @dataclass(frozen=True, kw_only=True)
 class Training:
-    """tracks to fit on; the purpose that filters are made for; check(entrants): a race on data held out; apart: what keeps
-    the two from meeting, as a filter's file says it; words for people."""
+    """tracks to fit on; the purpose that filters are made for; check(entrants): a race on data held out, some of whose tracks are
+    held_out; apart: what keeps the two from meeting, as a filter's file says it; words for people."""
 
     name: str
     words: str
@@ -42,7 +44,7 @@ class Training:
     runs: int
     apart: str
     unit: str
-    held_out: Tracks | None = None
+    held_out: Tracks
 
 
 def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_runs: int) -> Training:
@@ -51,9 +53,9 @@ def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_
         scenarios = [each if isinstance(each, Scenario) else by_name(each) for each in names]
     except ValueError as error:
         raise InputError(str(error)) from None
-    first = prepare(scenarios[0], seed, FIRST)
+    first = prepare(drawn(scenarios[0], 1, seed), FIRST)
     apart = first.purpose.per_axis and len(scenarios) == 1 and isinstance(first.purpose.seen, Position)
-    parts = [_simulated(s, runs, seed, f, apart) for f, s in enumerate(scenarios)]
+    parts = [_simulated(s, runs, FITTING, seed, f, apart) for f, s in enumerate(scenarios)]
     axes = {part.z.shape[1] for part in parts}
     if len(axes) > 1:
         raise InputError(
@@ -66,18 +68,19 @@ def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_
 
     return Training(
         name=name,
-        words=f"{name}: {runs} training runs of each",
+        words=f"{runs} training runs of {' and '.join(s.name for s in scenarios)}",
         tracks=joined(parts, keep_noise=len(parts) > 1),
         purpose=first.purpose,
         check=check,
         runs=runs,
         apart="all",
         unit="runs",
+        held_out=_simulated(scenarios[0], SHOWN, 0, seed, 0, apart),
     )
 
 
-def _simulated(scenario: Scenario, runs: int, seed: int, family: int, apart: bool) -> Tracks:
-    made = scenario.simulate(np.arange(FITTING, FITTING + runs), seed)
+def _simulated(scenario: Scenario, runs: int, first: int, seed: int, family: int, apart: bool) -> Tracks:
+    made = scenario.simulate(np.arange(first, first + runs), seed)
     sensor = scenario.observation.sensor
     axes = 1 if apart else int(sensor.axes or 2)
     B, S = made.time.shape
@@ -142,7 +145,7 @@ def from_file(
     components = () if truth is None else tuple(truth)
     if true is not None:
         check_truth(true, components, recording)
-    targets = np.unique(group.rows["target"].to_numpy(), return_inverse=True)[1]
+    targets = group.rows["target"].to_numpy().astype(str)
     everything = Tracks(
         recording.time, recording.z, recording.offsets, recording.covariance, truth=true, components=components,
         counts=recording.fitting, owner=targets[recording.offsets[:-1]],
@@ -156,7 +159,7 @@ def from_file(
 
     return Training(
         name=path,
-        words=f"{path}: {len(fitting)} parts of tracks, {fitting.rows:,} rows",
+        words=f"{len(fitting)} parts of tracks, {fitting.rows:,} rows of {path}",
         tracks=fitting,
         purpose=purpose,
         check=check,
@@ -175,7 +178,7 @@ def _fitting(tracks: Tracks, recording: Recording) -> Tracks:
     if not kept.size:
         raise InputError("there are no rows to fit on: every part of a track is shorter than 4 rows")
     rows = np.concatenate([np.arange(first[b], first[b] + last[b] + 1) for b in kept])
-    cut = {
+    cut: dict[str, Any] = {
         name: None if getattr(tracks, name) is None else getattr(tracks, name)[rows]
         for name in ("time", "z", "covariance", "truth", "counts")
     }

@@ -49,6 +49,7 @@ class Fit:
     after: float
     race: Race
     training: str
+    held_out: Tracks
     record: dict[str, Any]
     evaluations: int
     seconds: float
@@ -76,8 +77,11 @@ class Fit:
             del race.entrants["imm"], race.tallies["imm"]
         fit = cls(
             filter=filter, start=start, name=name, parameters=parameters, u=found.u, sd=sd, objective=objective.name,
-            before=objective.value(start, tracks), after=found.value, race=race, training=training.words,
-            record={"scenario": training.name, "seed": seed, "runs": training.runs, "apart": training.apart},
+            before=objective.value(start, tracks), after=found.value, race=race, training=training.words, held_out=training.held_out,
+            record={
+                "scenario": training.name, "seed": seed, "runs": training.runs, "apart": training.apart,
+                "noise": "the sensor's" if tracks.covariance is None else "of each row",
+            },
             evaluations=found.evaluations, seconds=found.seconds, partial=found.partial,
         )  # fmt: skip
         fit.warnings = warnings_of(fit, training, tracks)
@@ -181,11 +185,20 @@ def warnings_of(fit: Fit, training: Training, tracks: Tracks) -> list[str]:
         said.append(f"at the end of its range: {', '.join(np.array(fit.parameters.names)[far])}")
     if fit.partial:
         said.append("cut short: these are the best parameters so far")
-    inside = fit.race.figure(FITTED, "nis_inside").value
-    if math.isfinite(inside) and not BAND[0] <= inside <= BAND[1]:
-        word = "over-confident" if inside < BAND[0] else "under-confident"
-        said.append(f"{word}: {100 * inside:.1f}% of the held-out NIS lie inside their 95% band")
+    said += _consistency(fit)
     if not fit.gain:
         worse = any(fit.race.compare(FITTED, START, m).verdict == "worse" for m in fit.judged)
         said.append("worse than before on held-out data" if worse else "no gain over before on held-out data")
     return said
+
+
+def _consistency(fit: Fit) -> list[str]:
+    inside, mean = (fit.race.figure(FITTED, name).value for name in ("nis_inside", "nis"))
+    if not math.isfinite(inside) or BAND[0] <= inside <= BAND[1]:
+        return []
+    words = f"{100 * inside:.1f}% of the held-out NIS lie inside their 95% band"
+    if inside > BAND[1] or mean < 1.0:
+        return [
+            f"under-confident: {words}, most of the others below; errors are smaller than the filter believes"
+        ]
+    return [f"over-confident: {words}, most of the others above; errors are larger than the filter believes"]

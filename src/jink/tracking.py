@@ -172,7 +172,8 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
         )
         used[f"{group.axes} axes"] = chosen
         covariance = None
-        if chosen is not settings.filter:  # made for this table, with its typical noise in the sensor
+        # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
+        if chosen is not settings.filter or getattr(chosen, "fitted", {}).get("noise") == "of each row":
             begin_with_height(group, level.covariance)
             covariance = None if level.uniform else level.covariance
         elif settings.sensor_sd:

@@ -40,6 +40,7 @@ class Bank:
     sensors: tuple[Any, ...]
     outliers: Outliers | None
     initial: TwoPoint | OnePoint | Prior
+    fitted: dict[str, Any] = {}  # noqa: RUF012 # of a filter read from a file: what the file says it was fitted on
     not_smoothed: str = ""  # why there is no smoother, if there is none
     _declared: tuple[list[Any], list[Any], tuple[Any, ...], Parts] | None = (
         None  # what the engine was made from
@@ -212,11 +213,11 @@ class Bank:
             live.restore(state)
         return live
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read."""
+    def save(self, path: str | os.PathLike[str], **more: Any) -> None:
+        """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read, with more to keep in it."""
         from .files import save  # it knows every filter, this one included
 
-        save(self, path)
+        save(self, path, **more)
 
     def _run(
         self,

@@ -56,7 +56,9 @@ def read(text: str, path: str) -> Any:
     if body.get("units") != "SI":
         raise ValueError(f"{path}: units {body.get('units')!r}; expected SI")
     try:
-        return built(body)
+        filter = built(body)
+        filter.fitted = body.get("fitted") or {}
+        return filter
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from None
 

@@ -67,8 +67,9 @@ class Tracks:
 
 
 def differentiable(filter: Any) -> bool:
-    """Can the engine differentiate this filter? Models of your own and filters that choose among modes say no."""
-    return isinstance(filter._engine, _engine.Engine) and bool(getattr(filter, "differentiable", True))
+    """Can the engine differentiate this filter? Models of your own, filters that choose among modes, watch for onsets or are
+    aided by networks say no."""
+    return isinstance(filter._engine, _engine.Engine) and _engine.native.differentiable(filter._engine)
 
 
 def gradient(

@@ -35,8 +35,8 @@ class NotFinite(ValueError):
 class Objective(Protocol):
     """Smaller is better. `evaluate` needs a filter with a gradient, `value` none."""
 
-    name: str
-
+    @property
+    def name(self) -> str: ...
     def evaluate(self, parameters: Parameters, u: Array, tracks: Tracks) -> Evaluation: ...
     def value(self, filter: Any, tracks: Tracks) -> float: ...
 
@@ -135,6 +135,7 @@ class Tracking:
             check_finite(sums, slope, parameters)
             scores = _by_owner(slope.sum(axis=2).T, tracks)
             return Evaluation(value, scores.sum(axis=0), scores, count)
+        assert tracks.truth is not None
         counts = _counting(tracks, np.isfinite(tracks.truth))
         sums, slope = gradient(filter, tangents, tracks, "tracking", weight=counts)
         check_finite(sums, slope, parameters)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array
-from .evolution import evolve
 from .gradient import Tracks, differentiable
 from .objectives import NotFinite, Objective
 from .parameters import Parameters
@@ -116,9 +115,7 @@ class Search:
 
     def _descend(self, begin: Array, tracks: Tracks, words: str, steps: int, stage: int, stages: int) -> None:
         if not differentiable(self.parameters.filter(begin)):
-            evolve(
-                lambda u: self._plain(u, tracks, words, stage, stages), begin, evaluations=100 * len(begin)
-            )
+            self._evolve(begin, tracks, words, stage, stages)
             return
         from scipy.optimize import minimize
 
@@ -129,6 +126,16 @@ class Search:
             bounds=list(zip(start - FARTHEST, start + FARTHEST, strict=True)),
             options={"maxiter": steps, "ftol": close, "gtol": 1e-6, "maxls": 20},
         )  # fmt: skip
+
+    def _evolve(self, begin: Array, tracks: Tracks, words: str, stage: int, stages: int) -> None:
+        """CMA-ES, for figures without a gradient. Source: Hansen, The CMA Evolution Strategy: A Tutorial, 2016."""
+        import cma
+
+        options = {"seed": self.seed + 1, "verbose": -9, "tolx": 1e-3, "maxfevals": 100 * len(begin)}
+        strategy = cma.CMAEvolutionStrategy(begin, 0.5, options)
+        while not strategy.stop():
+            asked = strategy.ask()
+            strategy.tell(asked, [self._plain(np.asarray(u), tracks, words, stage, stages) for u in asked])
 
     def _evaluated(
         self, u: Array, tracks: Tracks, words: str, stage: int, stages: int

@@ -1,0 +1,146 @@
+"""`jink fit`: check what was asked, fit, check on held-out data, write filter and page; nothing is written on an error."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .io.errors import InputError
+
+OURS = ("polars", "narwhals", "pyproj", "rich")
+
+
+@dataclass(frozen=True)
+class FitRequest:
+    """What the command line asked for, as it came."""
+
+    data: str
+    output: str | None = None
+    filter: str = "imm"
+    objective: str | None = None
+    truth: str | None = None
+    ahead: int = 1
+    free: Sequence[str] = ()
+    fix: Sequence[str] = ()
+    runs: int = 200
+    check_runs: int = 500
+    seed: int = 0
+    starts: int = 3
+    minutes: float | None = None
+    kind: str = "aircraft"
+    columns: Sequence[str] = ()
+    checkpoint: str | None = None
+    resume: bool = False
+    report: str | None = None
+    json: bool = False
+    quiet: bool = False
+
+
+def run_fit(request: FitRequest) -> int:
+    """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable request, 130 interrupted.
+
+    Interrupted, the best parameters so far are checked and written, marked partial.
+    """
+    try:
+        return _run(request)
+    except ModuleNotFoundError as error:
+        name = (error.name or "").partition(".")[0]
+        if name not in (*OURS, "scipy", "cma"):
+            raise
+        return _failed(f'{name} is missing; pip install "jink[fit]" brings it', 1)
+    except ValueError as error:
+        return _failed(str(error), 2)
+    except MemoryError:
+        return _failed("not enough memory", 1)
+    except OSError as error:
+        return _failed(f"{error.strerror or error}: {error.filename or ''}", 1)
+    except KeyboardInterrupt:
+        return _failed("interrupted before there was anything to keep", 130)
+
+
+def _run(request: FitRequest) -> int:
+    output, report = _outputs(request)
+    options = _options(request)
+    from .fit import fit as fit_one
+
+    checkpoint = request.checkpoint or (f"{request.output}.checkpoint" if request.output else None)
+    fit = fit_one(
+        request.data, request.filter, free=_names(request.free), fixed=_names(request.fix), minutes=request.minutes,
+        checkpoint=checkpoint, resume=request.resume, starts=request.starts, progress=_progress(request), **options,
+    )  # fmt: skip
+    if checkpoint and not fit.partial and not request.checkpoint:
+        Path(checkpoint).unlink(missing_ok=True)
+    if output:
+        fit.save(output)
+    if report:
+        from .report.fit_page import write_fit_report
+
+        write_fit_report(fit, report)
+    if request.json:
+        sys.stdout.write(json.dumps(fit.as_dict(), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    elif not request.quiet:
+        from .fit_table import show
+
+        show(fit)
+    return 130 if fit.partial and request.minutes is None else 0
+
+
+def _options(request: FitRequest) -> dict[str, Any]:
+    from .track_command import parse_columns
+
+    checks = {"--runs": request.runs, "--check-runs": request.check_runs, "--starts": request.starts}
+    for option, value in checks.items():
+        if value < 1:
+            raise InputError(f"{option} is {value}; expected at least 1")
+    if request.seed < 0:
+        raise InputError(f"--seed is {request.seed}; expected a whole number from 0")
+    if request.minutes is not None and not request.minutes > 0:
+        raise InputError(f"--minutes is {request.minutes}; expected more than 0")
+    return {
+        "objective": request.objective,
+        "truth": request.truth,
+        "ahead": request.ahead,
+        "runs": request.runs,
+        "check_runs": request.check_runs,
+        "seed": request.seed,
+        "kind": request.kind,
+        "columns": parse_columns(list(request.columns)) or None,
+    }
+
+
+def _outputs(request: FitRequest) -> tuple[Path | None, Path | None]:
+    """Where filter and page go, checked before the work."""
+    output = Path(request.output) if request.output else None
+    report = Path(request.report) if request.report else None
+    if output is not None and output.suffix != ".json":
+        raise InputError(f"-o {output}: a filter is written as .json")
+    for path in filter(None, (output, report)):
+        if path.is_dir() or not path.parent.is_dir():
+            raise InputError(f"{path}: expected a file in a folder that exists")
+        if path.exists() and Path(request.data).exists() and path.samefile(request.data):
+            raise InputError(f"{path} is the input; the output needs another name")
+    return output, report
+
+
+def _names(given: Sequence[str]) -> list[str]:
+    return [name.strip() for item in given for name in item.split(",") if name.strip()]
+
+
+def _progress(request: FitRequest) -> Any:
+    if request.quiet or request.json or not sys.stderr.isatty():
+        return None
+
+    def say(words: str, stage: int, stages: int) -> None:
+        sys.stderr.write(f"\r\033[K{words} (batch {stage + 1} of {stages})")
+        sys.stderr.flush()
+
+    return say
+
+
+def _failed(message: str, status: int) -> int:
+    sys.stderr.write(f"jink: {message}\n")
+    return status

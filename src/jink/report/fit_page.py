@@ -1,0 +1,149 @@
+"""The page of `jink fit --report`: held-out tracks before and after, parameters, verdicts."""
+
+import os
+from collections.abc import Sequence
+
+import numpy as np
+
+from jink.arguments import Array
+from jink.fit_result import FITTED, START, Fit
+from jink.fit_table import heading, interval, number, verdict
+from jink.report.arrays import ArrayBlock
+from jink.report.consistency import Consistency, consistency
+from jink.report.fit_charts import Line, bars, lines
+from jink.report.shell import escape, page, write_page
+
+SHOWN = 3  # tracks drawn in full: most gained, middle, most lost
+UPDATED = 1
+
+
+def write_fit_report(fit: Fit, path: str | os.PathLike[str]) -> None:
+    """Write one HTML file that needs no network, no script and no other file."""
+    title = f"{fit.name}, fitted"
+    before, after = (_Followed(f, fit) for f in (fit.start, fit.filter))
+    gain = after.score - before.score
+    order = np.argsort(-np.nan_to_num(gain, nan=-np.inf), kind="stable")
+    counted = [int(b) for b in order if np.isfinite(gain[b])]
+    chosen = list(dict.fromkeys(counted[i] for i in (0, len(counted) // 2, -1))) if counted else []
+    body = [
+        f'<header class="masthead"><div class="names"><h1>{escape(title)}</h1>',
+        *(f'<p class="lede">{escape(line)}</p>' for line in heading(fit).splitlines()),
+        f"</div></header><main class='cards' style='columns: 420px'>{_verdict_card(fit)}",
+        _card("Parameters", _parameters(fit)),
+        _card(
+            "Held-out tracks: log-likelihood per plot, after − before", bars(gain[counted], "nats per plot")
+        ),
+    ]
+    body += [_card(_name(fit, b, k, len(chosen)), _track(before, after, b)) for k, b in enumerate(chosen)]
+    body += [
+        _card(f"Consistency {word}", _histogram(f.check))
+        for word, f in (("before", before), ("after", after))
+    ]
+    body.append("</main>")
+    write_page(path, page(title=title, body="\n".join(body), scripts=(), meta={}, block=ArrayBlock()))
+
+
+class _Followed:
+    """The held-out tracks as one filter sees them."""
+
+    def __init__(self, filter: object, fit: Fit) -> None:
+        tracks = fit.held_out
+        wanted = ("x", "mode_probability", "log_likelihood_scan", "nis", "nis_dof", "status")
+        est = filter.filter(**tracks.keywords(), outputs=wanted)  # type: ignore[attr-defined]
+        self.tracks, self.modes = tracks, est.modes
+        owner = np.repeat(np.arange(len(tracks)), np.diff(tracks.offsets))
+        scored = np.isin(est.status, (1, 3)) & (
+            np.ones(tracks.rows, bool) if tracks.counts is None else tracks.counts
+        )
+        count = np.bincount(owner, scored, len(tracks))
+        with np.errstate(invalid="ignore"):
+            self.score = (
+                np.bincount(owner, np.where(scored, est.log_likelihood_scan, 0.0), len(tracks)) / count
+            )
+        self.check = consistency(owner, len(tracks), est.nis, est.nis_dof, est.status == UPDATED)
+        self.manoeuvring = 1.0 - est.mode_probability[:, 0]
+        self.error = _errors(est, tracks.truth, tracks.components) if tracks.truth is not None else None
+        self.nis = np.sqrt(est.nis / np.maximum(est.nis_dof, 1))
+
+    def rows(self, b: int) -> slice:
+        return slice(int(self.tracks.offsets[b]), int(self.tracks.offsets[b + 1]))
+
+
+def _errors(est: object, truth: Array, components: Sequence[str]) -> Array:
+    places = [k for k, name in enumerate(components) if name[0] == "p"]
+    found = np.stack([est[components[k]] for k in places], axis=1)  # type: ignore[index]
+    return np.sqrt(((found - truth[:, places]) ** 2).sum(axis=1))
+
+
+def _track(before: _Followed, after: _Followed, b: int) -> str:
+    """The error (or the normalised innovation) and the probability of manoeuvring along one track."""
+    rows = before.rows(b)
+    time = before.tracks.time[rows]
+    if before.error is not None and after.error is not None:
+        upper = [Line("before", before.error[rows], "second"), Line("after", after.error[rows], "accent")]
+        drawn = lines(time, upper, "position error, m")
+    else:
+        upper = [Line("before", before.nis[rows], "second"), Line("after", after.nis[rows], "accent")]
+        drawn = lines(time, upper, "innovation / its sd")
+    if len(before.modes) > 1:
+        lower = [
+            Line("before", before.manoeuvring[rows], "second"),
+            Line("after", after.manoeuvring[rows], "accent"),
+        ]
+        drawn += lines(time, lower, "probability of manoeuvring", top=1.0)
+    return drawn
+
+
+def _name(fit: Fit, b: int, place: int, shown: int) -> str:
+    word = ("gained most", "in the middle", "gained least")[place if shown == SHOWN else 0]
+    owner = fit.held_out.owner
+    which = b if owner is None else owner[b]
+    return f"Held-out track {which}: {word}"
+
+
+def _verdict_card(fit: Fit) -> str:
+    items = "".join(f"<li>{escape(line)}</li>" for line in fit.verdicts())
+    said = "".join(f'<p class="note">Warning: {escape(line)}</p>' for line in fit.warnings)
+    race = fit.race
+    rows = []
+    for metric in dict.fromkeys([*fit.judged, *race.compared, "nis_inside"]):
+        found = [race.figure(name, metric).value for name in (START, FITTED)]
+        if np.isfinite(found).all():
+            rows.append([metric.replace("_", " "), *(f"{value:.4g}" for value in found)])
+    table = _table(["", "before", "after"], rows)
+    return _card(
+        verdict(fit), f"{table}<h4>Paired 95% intervals of the difference</h4><ul>{items}</ul>{said}"
+    )
+
+
+def _parameters(fit: Fit) -> str:
+    rows = [
+        [
+            r["parameter"].replace(".", " · "),
+            number(r["before"]),
+            number(r["after"]),
+            interval(r["low"], r["high"]),
+        ]
+        for r in fit.table()
+    ]
+    return _table(["SI units", "before", "after", "95% interval"], rows)
+
+
+def _histogram(check: Consistency) -> str:
+    n = int(check.compared.sum())
+    if not n:
+        return "<p>No NIS to compare.</p>"
+    share = 100 * int(check.inside.sum()) / n
+    counts = check.histogram / max(check.histogram.mean(), 1e-12)
+    words = f"<p>{share:.1f} % of NIS inside the 95 % band; bars level with 1 mean that errors are as believed</p>"
+    return words + bars(counts, "times the expected count")
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    top = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
+    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _card(title: str, content: str) -> str:
+    return f'<section class="card"><h3>{escape(title)}</h3>{content}</section>'

@@ -1,0 +1,28 @@
+"""jink fit on a scenario: it gains on runs it has not seen, and its file comes back as the same filter."""
+
+from __future__ import annotations
+
+import pytest
+
+import jink
+from jink.fit import fit
+from jink.io.errors import InputError
+
+
+def test_fit_gains_on_fresh_runs_and_round_trips(tmp_path):
+    found = fit("lee-2003", "imm-cv-ca", objective="normalised", runs=60, check_runs=100, starts=1)
+    assert found.after < found.before
+    assert found.gain
+    assert found.race.figure("fitted", "normalised_position").value < 0.5
+    path = tmp_path / "fitted.json"
+    found.save(path)
+    again = jink.load(path)
+    assert again.numbers == pytest.approx(found.filter.numbers)
+    assert again.fitted["scenario"] == "lee-2003"
+
+
+def test_refusals():
+    with pytest.raises(InputError, match="there is no file"):
+        fit("nowhere.csv")
+    with pytest.raises(InputError, match="did you mean imm"):
+        fit("lee-2003", "imx")
