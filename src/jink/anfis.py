@@ -23,26 +23,26 @@ class Anfis:
     Rule r takes one membership function of each input (the last input's run fastest) and fires with their product hᵣ;
     y = Σ hᵣ (Aᵣ u + bᵣ) / Σ hᵣ, and zero where nothing fires (the denominator is at least 1e-9).
 
-    kind "triangular" (left, peak, right), "gaussian" (centre, sd) exp(−½((u−c)/s)²), or "bell" (centre, half width a, slope b)
+    shape "triangular" (left, peak, right), "gaussian" (centre, sd) exp(−½((u−c)/s)²), or "bell" (centre, half width a, slope b)
     1/(1 + |(u−c)/a|^2b); memberships, per input, per function, these parameters. The outermost triangles stay at one beyond their
     peaks. consequents (rules, outputs, inputs + 1): A and b of each rule. Errors: ValueError where these do not fit.
     Source: Jang, IEEE Trans. SMC-23(3), 1993.
     """
 
-    kind: str
+    shape: str
     memberships: Sequence[Sequence[Sequence[float]]]
     consequents: Sequence[Sequence[Sequence[float]]]
 
     def __post_init__(self) -> None:
-        if self.kind not in PARAMETERS:
-            raise ValueError(f"Anfis.kind: expected one of {', '.join(PARAMETERS)}, got {self.kind!r}")
+        if self.shape not in PARAMETERS:
+            raise ValueError(f"Anfis.shape: expected one of {', '.join(PARAMETERS)}, got {self.shape!r}")
         functions = [np.asarray(m, dtype=float) for m in self.memberships]
         for m in functions:
-            if m.ndim != 2 or not len(m) or m.shape[1] != PARAMETERS[self.kind] or not np.isfinite(m).all():
+            if m.ndim != 2 or not len(m) or m.shape[1] != PARAMETERS[self.shape] or not np.isfinite(m).all():
                 raise ValueError(
-                    f"Anfis.memberships: expected (functions, {PARAMETERS[self.kind]}) finite numbers per input, got {m.shape}"
+                    f"Anfis.memberships: expected (functions, {PARAMETERS[self.shape]}) finite numbers per input, got {m.shape}"
                 )
-            _check(self.kind, m)
+            _check(self.shape, m)
         c = np.asarray(self.consequents, dtype=float)
         rules, inputs = prod(len(m) for m in functions), len(functions)
         if not functions or c.ndim != 3 or c.shape[0] != rules or c.shape[2] != inputs + 1:
@@ -67,7 +67,7 @@ class Anfis:
         u = np.asarray(u, dtype=float)
         h = np.ones((len(u), 1))
         for i, functions in enumerate(self.memberships):
-            grade = membership(self.kind, np.asarray(functions), u[:, i])
+            grade = membership(self.shape, np.asarray(functions), u[:, i])
             h = (h[:, :, None] * grade[:, None, :]).reshape(len(u), -1)
         return h
 

@@ -59,7 +59,7 @@ def _native(c: Corrector) -> tuple[int, int, int, int, list[int], list[float]]:
             raise ValueError(f"corrector: expected at most 128 membership functions, got {sum(sizes)}")
         numbers += [float(v) for functions in m.memberships for f in functions for v in f]
         numbers += np.asarray(m.consequents, dtype=float).ravel().tolist()
-        return kind, MODELS[m.kind], c.count, len(c.output_scale), sizes, numbers
+        return kind, MODELS[m.shape], c.count, len(c.output_scale), sizes, numbers
     sizes, weights = layers(c.model)
     if max(sizes) > 128:
         raise ValueError(f"corrector: expected layers of at most 128, got {max(sizes)}")

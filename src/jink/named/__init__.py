@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 from ..arguments import unknown
 from .interacting import imm, imm_cv_ca, imm_cv_ct
+from .learned import anfis_kf, fuzzy_imm_, fuzzy_kalman, nn_kf, nnvsmm
 from .purpose import ACCELERATION, Named, Purpose, Unfit
 from .single import kalman_ca, kalman_cv, singer
 
@@ -19,6 +20,11 @@ FILTERS: dict[str, Callable[[Purpose], Named]] = {
     "imm": imm,
     "imm-cv-ca": imm_cv_ca,
     "imm-cv-ct": imm_cv_ct,
+    "fuzzy-imm": fuzzy_imm_,
+    "fuzzy-kalman": fuzzy_kalman,
+    "anfis-kf": anfis_kf,
+    "nn-kf": nn_kf,
+    "nnvsmm": nnvsmm,
 }
 SHORT = {"cv": "kalman-cv", "ca": "kalman-ca"}
 
