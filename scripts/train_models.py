@@ -4,7 +4,8 @@ import sys
 import time
 from pathlib import Path
 
-from jink.learn.models import CHOI, SEEDS, TRAINERS, file_name, train
+from jink.learn.models import CHOI, SEEDS, TRAINERS, train
+from jink.models import file_name
 
 FOLDER = Path(__file__).parents[1] / "src" / "jink" / "papers" / "models"
 

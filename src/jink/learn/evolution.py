@@ -44,31 +44,34 @@ def search(
 ) -> tuple[Array, float]:
     """The chromosome with the least loss, and that.
 
-    checkpoint: a file with the losses told so far, written every so many generations and at the end. Where there is one, the
+    checkpoint: a file with the losses told so far, written every so many generations, on Ctrl-C and at the end. Where there is one, the
     search goes the same way again as far as it went, without evaluating anything, and on from there: the result is that of
     a search that was never interrupted. Errors: ValueError for a checkpoint of another search.
     """
     told = _read(checkpoint)
     best, least = np.empty(0), np.inf
-    for generation in range(generations):
-        x = start.ask()
-        if generation < len(told):
+    try:
+        for generation in range(generations):
+            x = start.ask()
+            if generation == len(told):
+                told.append(loss(x))
+                if checkpoint and (generation + 1) % every == 0:
+                    _write(checkpoint, told)
             values = told[generation]
             if values.shape != (len(x),):
                 raise ValueError(
                     f"checkpoint: {checkpoint} is of another search ({values.size} candidates, not {len(x)})"
                 )
-        else:
-            values = loss(x)
-            told.append(values)
-            if checkpoint and (generation + 1) % every == 0:
-                _write(checkpoint, told)
-        start.tell(x, values)
-        place = int(np.argmin(values))
-        if values[place] < least:
-            best, least = x[place].copy(), float(values[place])
-        if progress:
-            progress(generation, least, best)
+            start.tell(x, values)
+            place = int(np.argmin(values))
+            if values[place] < least:
+                best, least = x[place].copy(), float(values[place])
+            if progress:
+                progress(generation, least, best)
+    except KeyboardInterrupt:
+        if checkpoint and told:
+            _write(checkpoint, told)
+        raise
     if checkpoint:
         _write(checkpoint, told)
     return best, least

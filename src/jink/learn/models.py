@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,7 @@ from ..filters.aided import Aided
 from ..filters.fuzzy_imm import FuzzyNoise, fuzzy_imm
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
-from ..filters.loading import read
-from ..filters.neural_vsmm import NetworkNoise
+from ..filters.neural_vsmm import NetworkNoise, NeuralModes
 from ..fuzzy import FuzzyRules
 from ..motion import ConstantAcceleration, ConstantVelocity
 from ..named.tuning import best_noise
@@ -29,6 +27,7 @@ from .data import Runs, from_scenario, joined
 from .end_to_end import train_end_to_end
 from .genetic import Settings, identify
 from .interacting import identify_modes
+from .modes import train_scores, train_scores_end_to_end, untrained
 from .population import errors_of_rules, normalised
 from .supervised import train_supervised
 
@@ -46,26 +45,6 @@ def train(name: str, seed: int = 0, quick: bool = False) -> Any:
     if name not in TRAINERS:
         raise ValueError(unknown("model", name, TRAINERS))
     return TRAINERS[name](seed, quick)
-
-
-def shipped(name: str, seed: int | None = None) -> Any:
-    """The filter of this name that comes with the package; those of choi-2001 for seeds 0 to 4.
-
-    Errors: ValueError for a name (or a seed) that does not come with it.
-    """
-    file = file_name(name, seed)
-    folder = resources.files("jink") / "papers" / "models"
-    there = sorted(f.name for f in folder.iterdir() if f.name.endswith(".json"))
-    if file not in there:
-        raise ValueError(
-            unknown("model", file.removesuffix(".json"), [f.removesuffix(".json") for f in there])
-        )
-    return read((folder / file).read_text(encoding="utf-8"), file)
-
-
-def file_name(name: str, seed: int | None) -> str:
-    """Of a model's file; the seed is in it where several are shipped."""
-    return f"{name}.json" if seed is None else f"{name}-seed-{seed}.json"
 
 
 def _lee(weight: float) -> Callable[[int, bool], IMM]:
@@ -205,7 +184,7 @@ def _choi(scenario: str, kind: str) -> Callable[[int, bool], Kalman]:
     def make(seed: int, quick: bool) -> Kalman:
         source = broad() if scenario == "broad" else f"choi-2001-{scenario}"
         end_to_end = kind in ("end-to-end", "wide")
-        runs = (200 if quick else 4000) if end_to_end else 400
+        runs = (200 if quick else 4000) if end_to_end else 1600 if kind == "expected" and not quick else 400
         training, validation = (
             from_scenario(source, n, 2 * seed + k) for n, k in ((runs, 1), (runs // 4, 2))
         )
@@ -235,12 +214,58 @@ def _network_filter(network: NoiseNetwork, training: Runs, kind: str, seed: int,
     return Kalman(motion, Position(sd=CHOI_SD, axes=2))
 
 
+def _modes_network(kind: str) -> Callable[[int, bool], NeuralModes]:
+    """Scores of constant-velocity modes: by labels on the paper's training set 3, or end to end on targets of all kinds."""
+    variances = PAPER_MODES if kind == "labels" else WIDE_MODES
+
+    def make(seed: int, quick: bool) -> NeuralModes:
+        source = "choi-2001-mixed" if kind == "labels" else broad()
+        training, validation = (
+            from_scenario(source, n // 10 if quick else n, 2 * seed + k) for n, k in ((2000, 1), (200, 2))
+        )
+        motions = [ConstantVelocity(acceleration_sd=q**0.5) for q in variances]
+        if kind == "labels":
+            network = train_scores(
+                motions,
+                training.take(slice(0, 400)),
+                validation,
+                best=3,
+                epochs=5 if quick else 100,
+                seed=seed,
+            )
+        else:
+            network = train_scores_end_to_end(
+                variances,
+                training,
+                validation,
+                start=untrained(len(variances), seed=seed),
+                steps=5 if quick else 120,
+                seed=seed,
+            )
+        sensor = Position(sd=CHOI_SD, axes=2)
+        figures = []
+        for k in range(1, 5):
+            test = from_scenario(f"choi-2001-{k}", QUICK_TEST_RUNS if quick else TEST_RUNS, seed + 1000)
+            x = NeuralModes(motions, sensor, network).filter(**test.batch(), outputs=("x",)).x[:, ::2]
+            error = (x.reshape(test.z.shape) - test.position)[:, 2:]
+            figures.append((f"position rms, m, scenario {k}", float(np.sqrt((error**2).sum(axis=2).mean()))))
+        method = "labels from a bank" if kind == "labels" else "end to end on the tracking error"
+        trained = Trained(
+            data=str(training), method=method, seeds=(seed,), figures=figures, version=_version()
+        )
+        return NeuralModes(motions, sensor, replace(network, trained=trained))
+
+    return make
+
+
 def _version() -> str:
     from .. import __version__
 
     return __version__
 
 
+PAPER_MODES = (1.0, 6.0, 16.0, 41.0, 91.0, 196.0)  # m²/s⁴
+WIDE_MODES = (0.01, 0.3, 8.0, 200.0, 5000.0)
 CHOI: dict[str, Callable[[int, bool], Any]] = {
     **{f"choi-2001-published-{k}": _choi(name, "published") for k, name in CHOI_SETS.items()},
     "choi-2001-expected": _choi("mixed", "expected"),
@@ -260,6 +285,8 @@ TRAINERS: dict[str, Callable[[int, bool], Any]] = {
     **TITI,
     "nn-kf": _history("network", 8, hidden=(32,), epochs=60, batch=1024),
     "anfis-kf": _history("anfis", 4, functions=2, kind="gaussian", epochs=40),
+    "choi-2001-modes": _modes_network("labels"),
+    "nnvsmm-modes": _modes_network("end-to-end"),
     **CHOI,
 }
 SEEDS = range(5)  # of the models of choi-2001, where one training is a lottery

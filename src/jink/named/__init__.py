@@ -11,9 +11,8 @@ from ..arguments import unknown
 from .adaptive import aimm3, aimm5, augmented, two_stage
 from .current_statistical import csaf, facs, imm_facs
 from .detecting import input_estimation, variable_dimension
-from .fuzzy import kalman as fuzzy_kalman
-from .fuzzy import published_imm
 from .interacting import imm, imm_cv_ca, imm_cv_ct
+from .learned import anfis_kf, fuzzy_imm_, fuzzy_kalman, nn_kf, nnvsmm
 from .pseudo_bayesian import gpb1, gpb2, static
 from .purpose import ACCELERATION, Named, Purpose, Unfit
 from .single import kalman_ca, kalman_cv, singer
@@ -41,8 +40,11 @@ FILTERS: dict[str, Callable[[Purpose], Named]] = {
     "vsmm-ag": vsmm_ag,
     "input-estimation": input_estimation,
     "variable-dimension": variable_dimension,
+    "fuzzy-imm": fuzzy_imm_,
     "fuzzy-kalman": fuzzy_kalman,
-    "fuzzy-imm": published_imm,
+    "anfis-kf": anfis_kf,
+    "nn-kf": nn_kf,
+    "nnvsmm": nnvsmm,
 }
 SHORT = {"cv": "kalman-cv", "ca": "kalman-ca"}
 

@@ -1,0 +1,180 @@
+"""Correctors: recovery of a known system, training data, the native aid against NumPy, ranges, files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import jink
+from jink.anfis import Anfis
+from jink.corrector import Corrector
+from jink.filters.aided import Aided
+from jink.learn.aid import correction, fit_corrector, inputs_of, position_rms, watch
+from jink.learn.anfis import fit_anfis
+from jink.learn.data import from_scenario, joined
+from jink.learn.mlp import fit_network
+
+SENSOR = jink.Position(sd=50.0, axes=1)
+SLUGGISH = jink.Kalman(jink.ConstantAcceleration(jerk_psd=1e-3), SENSOR)
+IMM = jink.IMM(
+    [jink.ConstantVelocity(acceleration_psd=1.0), jink.ConstantAcceleration(jerk_psd=10.0)],
+    SENSOR,
+    jink.Sojourn(seconds=[60.0, 20.0]),
+)
+
+
+def aircraft(runs, seed, misses=False):
+    data = from_scenario("benchmark-1", runs, seed, sensor=50.0, interval=1.0).along([1])
+    if misses:
+        data.z[np.random.default_rng(seed).random(data.z.shape) < 0.1] = np.nan
+    return data
+
+
+@pytest.mark.parametrize("kind", ["triangular", "gaussian", "bell"])
+@pytest.mark.parametrize("method", ["hybrid", "backpropagation"])
+def test_a_small_known_anfis_is_recovered(kind, method):
+    memberships = {
+        "triangular": [[-2.0, -1.0, 1.0], [-1.0, 1.0, 2.0]],
+        "gaussian": [[-1.0, 0.8], [1.0, 0.8]],
+        "bell": [[-1.0, 1.0, 2.0], [1.0, 1.0, 2.0]],
+    }[kind]
+    truth = Anfis(
+        kind, [memberships] * 2, [[[1.0, 0, 0]], [[0, 1.0, 0.5]], [[-1.0, 0, 0]], [[0, -1.0, -0.5]]]
+    )
+    rng = np.random.default_rng(0)
+    u, fresh = rng.uniform(-1.5, 1.5, (2, 600, 2))
+    found = fit_anfis(u, truth(u), kind=kind, functions=2, method=method, epochs=400, rate=0.02, ridge=1e-9)
+    rms = np.sqrt(np.mean((found(fresh) - truth(fresh)) ** 2)) / truth(fresh).std()
+    assert rms < (0.08 if method == "hybrid" else 0.15)
+
+
+def test_a_known_network_is_learned():
+    rng = np.random.default_rng(0)
+    u = rng.normal(size=(2000, 2))
+    y = np.tanh(u[:, :1] - u[:, 1:])
+    found = fit_network(u, y, hidden=(8,), epochs=150, batch=128, rate=0.02)
+    fresh = rng.normal(size=(500, 2))
+    assert np.sqrt(np.mean((found(fresh) - np.tanh(fresh[:, :1] - fresh[:, 1:])) ** 2)) < 0.08
+    assert fit_network(u, y, hidden=(8,), epochs=3) == fit_network(u, y, hidden=(8,), epochs=3)
+
+
+def test_what_the_filter_saw():
+    runs = aircraft(2, 1, misses=True)
+    seen = watch(SLUGGISH, runs)
+    plain = SLUGGISH.filter(**runs.batch())
+    assert_allclose(seen.estimate["position"].ravel(), plain.x[:, 0], rtol=1e-12)
+    used = seen.updated[..., 0].ravel()
+    assert_allclose((seen.innovation**2 / seen.S).ravel()[used], plain.nis[used], rtol=1e-8)
+    u = inputs_of("innovations", 3, seen)[0, :, 0]
+    taken = np.flatnonzero(seen.updated[0, :, 0])
+    normal = (seen.innovation / np.sqrt(seen.S))[0, taken, 0]
+    assert_array_equal(u[taken[5]], normal[[5, 4, 3]])  # a miss enters no innovation
+    assert_array_equal(u[taken[0]], [normal[0], 0.0, 0.0])
+
+
+@pytest.mark.parametrize("filter", [SLUGGISH, IMM], ids=["kalman", "imm"])
+@pytest.mark.parametrize(
+    ("inputs", "count", "corrects"),
+    [("titi-guney", 2, ("position",)), ("innovations", 4, ("position", "velocity"))],
+)
+@pytest.mark.parametrize("model", ["anfis", "network"])
+def test_the_native_aid_adds_what_numpy_says(filter, inputs, count, corrects, model):
+    settings = {"functions": 2, "epochs": 3} if model == "anfis" else {"epochs": 3}
+    corrector = fit_corrector(
+        filter,
+        aircraft(3, 1),
+        aircraft(2, 2),
+        model=model,
+        inputs=inputs,
+        count=count,
+        corrects=corrects,
+        **settings,
+    )
+    runs = aircraft(3, 7, misses=True)
+    runs.z[1, 100] += 500.0  # outside the training range
+    aided = Aided(filter, corrector).filter(**runs.batch())
+    alone = filter.filter(**runs.batch())
+    added = correction(corrector, watch(filter, runs))
+    assert any(np.nanmax(np.abs(c)) > 1 for c in added.values())
+    for name, values in added.items():
+        column = alone.components.index(f"{name[0]}x")
+        assert_allclose(aided.x[:, column], alone.x[:, column] + values.ravel(), rtol=1e-8, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["triangular", "gaussian", "bell"])
+def test_outside_the_training_range_the_aid_fades(kind):
+    corrector = fit_corrector(SLUGGISH, aircraft(3, 1), aircraft(2, 2), kind=kind, epochs=3)
+    low, high = np.array(corrector.low), np.array(corrector.high)
+    corner, width = np.array([high[0], low[1]]), np.array([1.0, -1.0]) * (high - low)  # the inputs have opposite signs
+    inside, near, far = corner - 1e-9 * width, corner + 0.25 * width, corner + 0.6 * width
+    assert_allclose(corrector.share([inside, near, far]), [1.0, 0.5, 0.0], atol=1e-6)
+    answers = corrector(np.array([inside, near, far, 1e9 * corner]))[:, 0]
+    assert np.isfinite(answers).all()
+    assert_allclose(answers[1:], [0.5 * answers[0], 0.0, 0.0], rtol=1e-5)
+
+
+def test_the_aid_rescues_a_sluggish_filter_on_unseen_runs():
+    test = aircraft(30, 9)
+    aids = {m: fit_corrector(SLUGGISH, aircraft(10, 1), aircraft(5, 2), model=m) for m in ("linear", "anfis")}
+    alone = position_rms(SLUGGISH, test)[0]
+    rms = {model: position_rms(SLUGGISH, test, aid)[0] for model, aid in aids.items()}
+    assert rms["linear"] < 0.3 * alone and rms["anfis"] < rms["linear"]
+
+
+def test_an_aided_filter_comes_back_from_its_file_bit_for_bit(tmp_path):
+    corrector = fit_corrector(SLUGGISH, aircraft(3, 1), aircraft(2, 2), epochs=3)
+    filter, path = Aided(SLUGGISH, corrector), tmp_path / "aided.json"
+    filter.save(path)
+    again = jink.load(path)
+    assert again.corrector == corrector
+    batch = aircraft(2, 5).batch()
+    assert_array_equal(again.filter(**batch).x, filter.filter(**batch).x)
+
+
+def test_an_aid_in_wrong_units_is_refused():
+    corrector = fit_corrector(SLUGGISH, aircraft(3, 1), aircraft(2, 2), model="linear")
+    scaled = {
+        name: [v / 1e6 for v in getattr(corrector, name)] for name in ("low", "high", "centre", "scale")
+    }
+    with pytest.raises(ValueError, match="expected metres"):
+        Aided(SLUGGISH, replace(corrector, **scaled))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"inputs": "residual"}, "inputs: expected one of titi-guney, innovations"),
+        ({"low": (1.0,)}, "low: expected 2 finite numbers"),
+        ({"scale": (0.0, 1.0)}, "scale: expected positive"),
+        ({"corrects": ("velocity",)}, "corrects: expected the first 1 of position"),
+        ({"low": (5.0, 0.0), "high": (4.0, 1.0)}, "low: expected to lie below high"),
+    ],
+)
+def test_correctors_that_make_no_sense_are_refused(change, message):
+    model = fit_anfis(np.eye(2), np.ones((2, 1)), functions=1, epochs=0)
+    given = {
+        "model": model, "inputs": "titi-guney", "low": (-1.0, -1.0), "high": (1.0, 1.0), "centre": (0.0, 0.0), "scale": (1.0, 1.0),
+        "output_scale": (1.0,),
+    }  # fmt: skip
+    with pytest.raises(ValueError, match=message):
+        Corrector(**{**given, **change})
+
+
+def test_what_cannot_be_corrected_is_said():
+    constant = jink.Kalman(jink.ConstantVelocity(acceleration_psd=1.0), SENSOR)
+    corrects = ("position", "velocity", "acceleration")
+    with pytest.raises(ValueError, match="the filter does not estimate acceleration"):
+        fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), corrects=corrects)
+    with pytest.raises(ValueError, match="model: expected anfis, network or linear"):
+        fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), model="forest")
+
+
+def test_runs_of_other_lengths_are_joined():
+    a, b = aircraft(2, 1), from_scenario("choi-2001-1", 1, 1, sensor=50.0).along([0])
+    both = joined([a, b])
+    assert both.time.shape == (3, a.time.shape[1])
+    assert np.isnan(both.z[2, 20:]).all() and np.isfinite(both.z[2, :20]).all()
+    assert (np.diff(both.time, axis=1) >= 0).all()
