@@ -166,9 +166,7 @@ def _network(inputs: int, outputs: int) -> Network:
 def _noise_network() -> NoiseNetwork:
     scaling = {"centre": [0.0] * 3, "scale": [1.0] * 3}
     limits = {"least": 1.0, "most": 196.0, "start": 1.0}
-    return NoiseNetwork(
-        network=_network(3, 1), inputs="log-nis", output="log-variance", **scaling, **limits
-    )
+    return NoiseNetwork(network=_network(3, 1), inputs="log-nis", output="log-variance", **scaling, **limits)
 
 
 def _mode_network(modes: int) -> ModeNetwork:

@@ -9,7 +9,10 @@ from .race import Lap, compare
 from .structure import ALL, BEST, JUMPS, METHODS
 from .targets import Row, reason, times
 
-LEAST, SAME = 4, 0.02  # how many times faster than all forty modes, with a position RMSE that differs by no more than this share
+LEAST, SAME = (
+    4,
+    0.02,
+)  # how many times faster than all forty modes, with a position RMSE that differs by no more than this share
 PROMISED = "active digraph, 3 alive"  # of the methods that choose modes, the one held to it
 
 

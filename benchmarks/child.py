@@ -175,7 +175,9 @@ def _resident_bytes() -> int:
 def main(arguments: list[str] | None = None) -> int:
     """Run one task and print its result as one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("task", choices=["engine", "adaptive", "structure", "peers", "fresh", "threads", "memory"])
+    parser.add_argument(
+        "task", choices=["engine", "adaptive", "structure", "peers", "fresh", "threads", "memory"]
+    )
     parser.add_argument("--size", choices=SIZES, default="full")
     parser.add_argument("--outputs", choices=["STATES", "EVERYTHING"], default="STATES")
     options = parser.parse_args(arguments)

@@ -87,7 +87,10 @@ def stay(p, M):
 LIMITS = jink.FuzzyLimits(threshold=40.0, up=0.9, down=1.02, operating=36.0)
 MOTIONS = {  # the same model twice: jink's, and the oracle's of so many axes
     "cv": (jink.ConstantVelocity(acceleration_sd=0.7), partial(om.ConstantVelocity, acceleration_sd=0.7)),
-    "brisk": (jink.ConstantVelocity(acceleration_psd=30.0), partial(om.ConstantVelocity, acceleration_psd=30.0)),
+    "brisk": (
+        jink.ConstantVelocity(acceleration_psd=30.0),
+        partial(om.ConstantVelocity, acceleration_psd=30.0),
+    ),
     "ca": (
         jink.ConstantAcceleration(jerk_psd=0.5, acceleration_prior_sd=8.0),
         partial(om.ConstantAcceleration, jerk_psd=0.5, acceleration_prior_sd=8.0),
@@ -96,7 +99,10 @@ MOTIONS = {  # the same model twice: jink's, and the oracle's of so many axes
         jink.Singer(acceleration_sd=5.0, time_constant=15.0),
         partial(om.Singer, acceleration_sd=5.0, time_constant=15.0),
     ),
-    "left": (jink.KnownTurn(0.06, acceleration_sd=2.0), partial(om.KnownTurn, turn_rate=0.06, acceleration_sd=2.0)),
+    "left": (
+        jink.KnownTurn(0.06, acceleration_sd=2.0),
+        partial(om.KnownTurn, turn_rate=0.06, acceleration_sd=2.0),
+    ),
     "csaf": (
         jink.CurrentStatistical(acceleration_max=30.0, time_constant=12.0, acceleration_prior_sd=8.0),
         partial(CurrentStatistical, acceleration_max=30.0, time_constant=12.0, acceleration_prior_sd=8.0),
@@ -261,9 +267,15 @@ def test_variable_structure_over_noise_levels(method, axes):
     Pi = graph_transition(graph, 0.9)
     np.testing.assert_allclose(line_transition(M, 1, 0.9), Pi)
     if method == "ds":
-        f, propose = jink.DigraphSwitching(native, position(axes), Pi, first_mode=first), partial(switched, graph)
+        f, propose = (
+            jink.DigraphSwitching(native, position(axes), Pi, first_mode=first),
+            partial(switched, graph),
+        )
     else:
-        f, propose = jink.ActiveDigraph(native, position(axes), Pi, first_mode=first), partial(most_probable, 3)
+        f, propose = (
+            jink.ActiveDigraph(native, position(axes), Pi, first_mode=first),
+            partial(most_probable, 3),
+        )
     got = run(f, time, z)
     want = variable_structure(oracle, time, z, R(axes), Pi, got[2][0, 1], propose)
     assert_close(got, want.x, want.P, want.mu)
@@ -289,7 +301,9 @@ def test_digraph_switching_over_another_graph(reach):
 
 
 @pytest.mark.parametrize("method", ["ds", "ad"])
-@pytest.mark.parametrize("names", [["cv", "ca", "singer", "brisk"], ["cv", "brisk", "ca", "facs"]], ids="+".join)
+@pytest.mark.parametrize(
+    "names", [["cv", "ca", "singer", "brisk"], ["cv", "brisk", "ca", "facs"]], ids="+".join
+)
 @pytest.mark.parametrize("axes", [1, 2, 3])
 def test_variable_structure_over_different_motion_models(method, names, axes):
     time, z = reports(axes)
@@ -359,7 +373,9 @@ def test_adaptive_grid_over_acceleration_levels():
     want, grids = acceleration_grid(time, z, R(1), 0.7, stay(0.9, 3), np.full(3, 1 / 3), half, 1.0)
     assert_close(got, want.x, want.P)
     assert np.ptp(grids[:, -1, 1]) > 1.0  # the grids did move
-    shared = np.zeros_like(got[2])  # each point's probability, shared out between the two levels it lies between
+    shared = np.zeros_like(
+        got[2]
+    )  # each point's probability, shared out between the two levels it lies between
     for j in range(3):
         place = grids[..., j] + half
         low = np.minimum(place.astype(int), M - 2)

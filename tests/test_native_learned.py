@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -11,7 +13,7 @@ from oracle.fuzzy import Rules, fuzzy_imm
 from oracle.input_estimation import input_estimation
 from oracle.neural_vsmm import by_mode, by_parameter, log_inputs, published_inputs
 from oracle.variable_dimension import VariableDimension
-from test_native_adaptive import R, SD, assert_close, assert_same, position, reports, run, stay
+from test_native_adaptive import SD, R, assert_close, assert_same, position, reports, run, stay
 
 import jink
 from jink.anfis import Anfis as NativeAnfis
@@ -111,7 +113,7 @@ def test_variable_dimension(axes, window):
 
 def random_network(sizes, seed, gain=1.0):
     rng = np.random.default_rng(seed)
-    weights = [gain * rng.normal(size=(o, i)) for i, o in zip(sizes, sizes[1:], strict=False)]
+    weights = [gain * rng.normal(size=(o, i)) for i, o in itertools.pairwise(sizes)]
     return Network([w.tolist() for w in weights], [rng.normal(size=o).tolist() for o in sizes[1:]])
 
 
@@ -136,7 +138,9 @@ FORMS = {
 @pytest.mark.parametrize("form", FORMS)
 def test_a_network_that_chooses_the_noise(form):
     time, z = reports(2)
-    network = NoiseNetwork(network=random_network([3, 6, 1], 6), least=0.5, most=400.0, start=4.0, **FORMS[form])
+    network = NoiseNetwork(
+        network=random_network([3, 6, 1], 6), least=0.5, most=400.0, start=4.0, **FORMS[form]
+    )
     f = jink.Kalman(jink.NetworkNoise(jink.ConstantVelocity(acceleration_sd=1.0), network), position(2))
     chosen = []
 
@@ -158,7 +162,10 @@ def test_a_network_that_weighs_the_modes(best, axes):
     z[np.isnan(z).any(axis=2)] = np.nan  # a partial scan weighs by what it has: below
     M, variances = 4, [0.5, 4.0, 30.0, 200.0]
     network = ModeNetwork(
-        network=random_network([2 * M, 6, M], 5), centre=[0.2] * M + [0.0] * M, scale=[0.5] * M + [2.0] * M, best=best
+        network=random_network([2 * M, 6, M], 5),
+        centre=[0.2] * M + [0.0] * M,
+        scale=[0.5] * M + [2.0] * M,
+        best=best,
     )
     motions = [jink.ConstantVelocity(acceleration_sd=np.sqrt(v)) for v in variances]
     f = jink.NeuralModes(motions, position(axes), network)
@@ -216,10 +223,14 @@ BASES = {
         jink.ConstantAcceleration(jerk_psd=0.01, acceleration_prior_sd=3.0), position(axes)
     ),
     "imm": lambda axes: jink.IMM(
-        [jink.ConstantVelocity(acceleration_sd=0.3), jink.ConstantAcceleration(jerk_psd=1.0)], position(axes), 0.9
+        [jink.ConstantVelocity(acceleration_sd=0.3), jink.ConstantAcceleration(jerk_psd=1.0)],
+        position(axes),
+        0.9,
     ),
     "gpb2": lambda axes: jink.GPB2(
-        [jink.ConstantVelocity(acceleration_sd=0.3), jink.ConstantAcceleration(jerk_psd=1.0)], position(axes), 0.9
+        [jink.ConstantVelocity(acceleration_sd=0.3), jink.ConstantAcceleration(jerk_psd=1.0)],
+        position(axes),
+        0.9,
     ),
 }
 
@@ -235,7 +246,14 @@ def test_an_aid_on_residuals(kind, axes, base):
     low, high = np.array([-40.0, -30.0]), np.array([35.0, 30.0])
     centre, scale = np.array([1.0, -2.0]), np.array([25.0, 20.0])
     corrector = Corrector(
-        model=native, inputs="titi-guney", low=low, high=high, centre=centre, scale=scale, output_scale=[6.0], fade=0.5
+        model=native,
+        inputs="titi-guney",
+        low=low,
+        high=high,
+        centre=centre,
+        scale=scale,
+        output_scale=[6.0],
+        fade=0.5,
     )
 
     def correct(x1, x2):

@@ -108,7 +108,10 @@ def test_the_native_aid_adds_what_numpy_says(filter, inputs, count, corrects, mo
 def test_outside_the_training_range_the_aid_fades(kind):
     corrector = fit_corrector(SLUGGISH, aircraft(3, 1), aircraft(2, 2), kind=kind, epochs=3)
     low, high = np.array(corrector.low), np.array(corrector.high)
-    corner, width = np.array([high[0], low[1]]), np.array([1.0, -1.0]) * (high - low)  # the inputs have opposite signs
+    corner, width = (
+        np.array([high[0], low[1]]),
+        np.array([1.0, -1.0]) * (high - low),
+    )  # the inputs have opposite signs
     inside, near, far = corner - 1e-9 * width, corner + 0.25 * width, corner + 0.6 * width
     assert_allclose(corrector.share([inside, near, far]), [1.0, 0.5, 0.0], atol=1e-6)
     answers = corrector(np.array([inside, near, far, 1e9 * corner]))[:, 0]

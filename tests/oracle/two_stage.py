@@ -58,7 +58,11 @@ def begin(time: Array, z: Array, R: float, bias_prior: float) -> TwoStage:
     P = R * np.array([[1, 1 / T], [1 / T, 2 / T**2]])
     x = np.stack([z[:, 1], (z[:, 1] - z[:, 0]) / T], axis=1)
     return TwoStage(
-        x, np.tile(P, (B, 1, 1)), np.zeros(B), np.full((B, 1, 1), bias_prior), np.tile([[0.0], [T / 2]], (B, 1, 1))
+        x,
+        np.tile(P, (B, 1, 1)),
+        np.zeros(B),
+        np.full((B, 1, 1), bias_prior),
+        np.tile([[0.0], [T / 2]], (B, 1, 1)),
     )
 
 
