@@ -72,7 +72,10 @@ def registered(name):
     return lambda motions, sensor, **more: FILTERS[name](Purpose(sensor=sensor, kind="fighter")).filter
 
 
-NAMED = {f"{name} (registered)": name for name in FILTERS}
+# the adaptive and learned ones are held to their textbooks (test_native_adaptive, test_native_learned); their part in the
+# contract is still to come
+HELD = ("kalman-cv", "kalman-ca", "singer", "imm", "imm-cv-ca", "imm-cv-ct")
+NAMED = {f"{name} (registered)": name for name in HELD}
 SUBJECTS |= {subject: Subject(list, registered(name)) for subject, name in NAMED.items()}
 
 NONLINEAR = dict.fromkeys(

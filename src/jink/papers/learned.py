@@ -7,7 +7,8 @@ from functools import cache
 from typing import Any
 
 from ..filters.aided import unaided
-from ..learn.models import SEEDS, shipped, train
+from ..learn.models import SEEDS, train
+from ..models import shipped
 from ..named import Named, Purpose, Unfit
 
 Models = Callable[[str, int | None], Any]  # a model's name and the seed of its training → the filter
