@@ -65,7 +65,9 @@ def test_far_outside_the_rules_the_nearest_answers(jump):
     assert np.isfinite(want.x[:, 1:]).all()
 
 
-OPEN = pytest.mark.xfail(reason="with onsets too young to be asked, native and textbook differ; not yet understood")
+OPEN = pytest.mark.xfail(
+    reason="with onsets too young to be asked, native and textbook differ; not yet understood"
+)
 
 
 @pytest.mark.parametrize(
