@@ -32,7 +32,7 @@ def ask(**changes) -> int:
     [
         ({"scenario": "lee2003"}, "did you mean lee-2003?"),
         ({"scenario": "none.csv"}, "there is no file none.csv"),
-        ({"filters": "singer,immm"}, "did you mean imm?"),
+        ({"filters": "singer,immm"}, "did you mean imm"),
         ({"filters": "none.json"}, "there is no filter file none.json"),
         ({"runs": 0}, "--runs is 0"),
         ({"seed": -1}, "--seed is -1"),
