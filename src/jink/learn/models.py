@@ -1,3 +1,4 @@
+# pyright: reportArgumentType=false
 """The models that come with the package: how each was trained, and the files they are in."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: reportAttributeAccessIssue=false, reportCallIssue=false
 """NNVSMM by mode: a network that scores the modes, trained on which of them was right, or on the tracking error itself."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: reportArgumentType=false
 """Learned filters: fuzzy process noise, aids of a Kalman filter, a network that chooses the noise.
 
 They were trained on other sensors and targets than a purpose's, and are scaled to its sensor; what they were trained on is said.
