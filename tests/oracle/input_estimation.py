@@ -94,7 +94,7 @@ def scan(motion, mode: Mode, onsets: list[Onset], z, R, dt, window, threshold, s
         each.M = keep @ moved
         each.Y = each.Y + Psi.T @ S_inverse @ Psi
         each.y = each.y + Psi.T @ S_inverse @ nu
-    asked = onsets[: len(onsets) - shortest + 1]
+    asked = onsets[: max(0, len(onsets) - shortest + 1)]
     if not asked:
         return now.mode, onsets, None
     best = asked[0]
