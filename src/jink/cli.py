@@ -400,6 +400,140 @@ def fit(
     raise typer.Exit(run_fit(request))
 
 
+SEARCH, NETWORKS = "Searches for rules (fuzzy-imm, fuzzy-kalman)", "Aids and networks"
+
+
+@app.command()
+def learn(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            show_default=False,
+            help="fuzzy-imm, fuzzy-kalman, anfis-kf, nn-kf, nnvsmm or nnvsmm-modes.",
+        ),
+    ],
+    data: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE|SCENARIO",
+            show_default=False,
+            help="A file of positions with their truth; or a scenario, or several of them with commas.",
+        ),
+    ],
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="The learned filter: .json for jink track --filter."
+        ),
+    ] = None,
+    truth: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMNS",
+            help="Truth in the file: px=true_x,vx=…; without: the columns that jink simulate writes.",
+        ),
+    ] = None,
+    columns: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MAP", help="Of a file, name columns yourself: target=hex,time_ms=t"),
+    ] = None,
+    kind: Annotated[
+        Kind | None,
+        typer.Option(
+            metavar="KIND", help="What the targets are; it says how hard they pull.", show_default=False
+        ),
+    ] = None,
+    acceleration: Annotated[
+        float | None, typer.Option(metavar="M/S²", help="How hard they pull, instead of the kind's.")
+    ] = None,
+    runs: Annotated[int, typer.Option(metavar="N", help="Runs of a scenario to learn on.")] = 200,
+    check_runs: Annotated[int, typer.Option(metavar="N", help="Other runs of it to check on.")] = 500,
+    seed: Annotated[int, typer.Option(metavar="S", help="The same seed learns the same filter.")] = 0,
+    optimizer: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            rich_help_panel=SEARCH,
+            help="ga, as published; cma; or together: all modes and their transition matrix at once.",
+        ),
+    ] = None,
+    generations: Annotated[
+        int | None, typer.Option(metavar="N", rich_help_panel=SEARCH, help="Default 100; together 250.")
+    ] = None,
+    population: Annotated[
+        int | None, typer.Option(metavar="N", rich_help_panel=SEARCH, help="Default 500; together 24.")
+    ] = None,
+    rules: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", rich_help_panel=SEARCH, help="Per mode, at most 50 by default; together 2."
+        ),
+    ] = None,
+    weight: Annotated[
+        float | None,
+        typer.Option(
+            metavar="λ", rich_help_panel=SEARCH, help="Of the error against few rules; default 0.95."
+        ),
+    ] = None,
+    inputs: Annotated[
+        str | None,
+        typer.Option(
+            metavar="M/S²,…", help="Accelerations of the modes; default 1, 10 and 100 % of the kind's."
+        ),
+    ] = None,
+    base: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|FILE",
+            rich_help_panel=NETWORKS,
+            help="The filter to be aided; default: constant acceleration, tuned.",
+        ),
+    ] = None,
+    epochs: Annotated[
+        int | None, typer.Option(metavar="N", rich_help_panel=NETWORKS, help="Epochs, or steps end to end.")
+    ] = None,
+    labels: Annotated[
+        bool,
+        typer.Option(
+            "--labels",
+            rich_help_panel=NETWORKS,
+            help="Learn which mode was best instead of the tracking error itself.",
+            **FLAG,
+        ),
+    ] = False,
+    checkpoint: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            rich_help_panel=SEARCH,
+            help="Where the search is kept while it runs; default: beside the output.",
+        ),
+    ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume", rich_help_panel=SEARCH, help="Take up the search of the checkpoint.", **FLAG
+        ),
+    ] = False,
+    report: Annotated[
+        str | None, typer.Option(metavar="FILE", help="A page with figures, rules and their surfaces.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="All figures as JSON.", **FLAG)] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No table.", **FLAG)] = False,
+) -> None:
+    """Fuzzy rules, aids and networks learned from targets whose truth is known, checked on data they have not seen."""
+    from .learn_command import LearnRequest, run_learn
+
+    request = LearnRequest(
+        name=name, data=data, output=output, truth=truth, columns=columns or (), kind=kind.value if kind else None,
+        runs=runs, check_runs=check_runs, seed=seed, acceleration=acceleration, optimiser=optimizer,
+        generations=generations, population=population, rules=rules, weight=weight, inputs=inputs, base=base,
+        epochs=epochs, labels=labels, checkpoint=checkpoint, resume=resume, report=report, json=json, quiet=quiet,
+    )  # fmt: skip
+    raise typer.Exit(run_learn(request))
+
+
 def main() -> Any:
     """Entry point of the console script."""
     return app()

@@ -119,7 +119,7 @@ def training_data(
         if isinstance(number, bool) or not isinstance(number, int) or number < 1:
             raise InputError(f"{name} is {number!r}; expected a whole number of at least 1")
     if isinstance(data, Path) or (isinstance(data, str) and Path(data).is_file()):
-        wanted = parse_truth(truth) if isinstance(truth, str) or truth is None else dict(truth)
+        wanted = parse_truth(truth, str(data)) if isinstance(truth, str) else truth
         return from_file(str(data), kind, seed, columns, wanted)
     if isinstance(data, str):
         data = [name.strip() for name in data.split(",") if name.strip()]

@@ -63,7 +63,7 @@ def run_fit(request: FitRequest) -> int:
 
 
 def _run(request: FitRequest) -> int:
-    output, report = _outputs(request)
+    output, report = checked_outputs(request.output, request.report, request.data)
     options = _options(request)
     from .fit import fit as fit_one
 
@@ -112,16 +112,16 @@ def _options(request: FitRequest) -> dict[str, Any]:
     }
 
 
-def _outputs(request: FitRequest) -> tuple[Path | None, Path | None]:
-    """Where filter and page go, checked before the work."""
-    output = Path(request.output) if request.output else None
-    report = Path(request.report) if request.report else None
+def checked_outputs(filter: str | None, page: str | None, data: str) -> tuple[Path | None, Path | None]:
+    """Where filter and page go, checked before the work. Errors: InputError."""
+    output = Path(filter) if filter else None
+    report = Path(page) if page else None
     if output is not None and output.suffix != ".json":
         raise InputError(f"-o {output}: a filter is written as .json")
-    for path in filter(None, (output, report)):
+    for path in (each for each in (output, report) if each is not None):
         if path.is_dir() or not path.parent.is_dir():
             raise InputError(f"{path}: expected a file in a folder that exists")
-        if path.exists() and Path(request.data).exists() and path.samefile(request.data):
+        if path.exists() and Path(data).exists() and path.samefile(data):
             raise InputError(f"{path} is the input; the output needs another name")
     return output, report
 

@@ -200,12 +200,16 @@ def _held_out(tracks: Tracks, recording: Recording) -> Tracks:
     return whole.some(np.flatnonzero(scored))
 
 
-def parse_truth(given: str | None, axes: str = "xyz") -> dict[str, str] | None:
-    """`px=true_x,vx=true_velocity_x` to component and column; `true`: the columns that jink simulate writes."""
+def parse_truth(given: str | None, path: str) -> dict[str, str] | None:
+    """`px=true_x,vx=true_velocity_x` to component and column; `true`: the columns that jink simulate writes, as the file has them."""
     if given is None:
         return None
     if given == "true":
-        return {name: column for name, column in SIMULATED_TRUTH.items() if name[1] in axes}
+        from .io.files import open_table
+
+        names = open_table(Path(path)).names
+        there = {name: column for name, column in SIMULATED_TRUTH.items() if column in names}
+        return there or {"px": SIMULATED_TRUTH["px"]}
     pairs: dict[str, str] = {}
     for item in given.split(","):
         name, equals, column = (text.strip() for text in item.partition("="))

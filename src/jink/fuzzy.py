@@ -95,10 +95,10 @@ class FuzzyRules:
         return grid, np.sqrt(self.variance(grid[None, :], grid[:, None]))
 
     def describe(self, unit: float = 1000.0, name: str = "km") -> list[str]:
-        """Each rule as a sentence, lengths in the given unit."""
+        """Each rule as a sentence, lengths in the given unit, noise in m/s²."""
         return [
             f"if r is about {_signed(c1)} {name} (±{s1:.3g}) and Δr about {_signed(c2)} {name} (±{s2:.3g}), "
-            f"then the acceleration noise has sd {np.sqrt(w):.3g} {name}/s²"
+            f"then the acceleration noise has sd {unit * np.sqrt(w):.3g} m/s²"
             for c1, s1, c2, s2, w in self.table(unit)
         ]
 

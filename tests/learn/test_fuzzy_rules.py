@@ -42,7 +42,7 @@ def test_rules_are_told_in_words():
     words = PUBLISHED["lee-2003"][1].describe()
     assert len(words) == 8
     assert words[3].startswith("if r is about −1.33 km (±0.634) and Δr about −1.8 km (±1.74)")
-    assert "0.0107 km/s²" in words[3]
+    assert "10.7 m/s²" in words[3]
 
 
 def test_a_table_in_kilometres_taken_for_metres_is_refused():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 
 from ..arguments import Array, positive
 from ..scenarios import Scenario, by_name
+from .gradient import Tracks
 
 SPLIT = (0.6, 0.2)  # shares for training and validation; the rest is for the test
 
@@ -105,6 +107,33 @@ def from_scenario(
     )  # fmt: skip
 
 
+def from_tracks(tracks: Tracks, sd: float, name: str) -> Runs:
+    """Tracks laid end to end, with their truth, as runs of equally many scans: the shorter stand still at their last time, unseen.
+
+    sd (m) of the measured positions. Errors: ValueError without a truth of positions.
+    """
+    if tracks.truth is None or "px" not in tracks.components:
+        raise ValueError("tracks: expected the truth of their positions")
+    lengths = np.diff(tracks.offsets)
+    axes = "xyz"[: tracks.z.shape[1]]
+    rows = np.arange(int(lengths.max()))
+    there = rows < lengths[:, None]
+    at = tracks.offsets[:-1, None] + np.minimum(rows, lengths[:, None] - 1)
+
+    def stood(letter: str) -> Array:
+        out = np.full((*at.shape, len(axes)), np.nan)
+        for a, axis in enumerate(axes):
+            if letter + axis in tracks.components:
+                out[..., a] = tracks.truth[:, tracks.components.index(letter + axis)][at]  # type: ignore[index]
+        out[~there] = np.nan
+        return out
+
+    return Runs(
+        time=tracks.time[at], z=np.where(there[..., None], tracks.z[at], np.nan), position=stood("p"), velocity=stood("v"),
+        acceleration=stood("a"), sd=positive("sd", sd), name=name, numbers=np.arange(len(tracks)),
+    )  # fmt: skip
+
+
 def from_file(path: str | os.PathLike[str], sd: float) -> Runs:
     """Runs of a table as ``jink simulate`` writes it: target, time, x (y, z), true_x, true_velocity_x, …
 
@@ -143,6 +172,14 @@ def from_file(path: str | os.PathLike[str], sd: float) -> Runs:
         time=time, z=stack(axes), position=stack([f"true_{a}" for a in axes]), velocity=stack([f"true_velocity_{a}" for a in axes]),
         acceleration=stack([f"true_acceleration_{a}" for a in axes]), sd=positive("sd", sd), name=text, numbers=np.arange(len(parts)),
     )  # fmt: skip
+
+
+def fingerprint(runs: Runs) -> str:
+    """A few letters that differ where times, measurements or truth do."""
+    digest = hashlib.sha256()
+    for name in ("time", "z", *TRUTHS):
+        digest.update(np.ascontiguousarray(getattr(runs, name)).tobytes())
+    return f"data {digest.hexdigest()[:12]}"
 
 
 def joined(parts: list[Runs]) -> Runs:

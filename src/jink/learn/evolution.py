@@ -39,6 +39,7 @@ def search(
     generations: int,
     *,
     checkpoint: str | os.PathLike[str] | None = None,
+    about: str = "",
     every: int = 10,
     progress: Progress | None = None,
 ) -> tuple[Array, float]:
@@ -46,9 +47,10 @@ def search(
 
     checkpoint: a file with the losses told so far, written every so many generations, on Ctrl-C and at the end. Where there is one, the
     search goes the same way again as far as it went, without evaluating anything, and on from there: the result is that of
-    a search that was never interrupted. Errors: ValueError for a checkpoint of another search.
+    a search that was never interrupted. about: what is searched for, to tell searches apart. Errors: ValueError for a checkpoint
+    of another search.
     """
-    told = _read(checkpoint)
+    told = _read(checkpoint, about)
     best, least = np.empty(0), np.inf
     try:
         for generation in range(generations):
@@ -56,7 +58,7 @@ def search(
             if generation == len(told):
                 told.append(loss(x))
                 if checkpoint and (generation + 1) % every == 0:
-                    _write(checkpoint, told)
+                    _write(checkpoint, told, about)
             values = told[generation]
             if values.shape != (len(x),):
                 raise ValueError(
@@ -70,26 +72,32 @@ def search(
                 progress(generation, least, best)
     except KeyboardInterrupt:
         if checkpoint and told:
-            _write(checkpoint, told)
+            _write(checkpoint, told, about)
         raise
     if checkpoint:
-        _write(checkpoint, told)
+        _write(checkpoint, told, about)
     return best, least
 
 
-def _read(checkpoint: str | os.PathLike[str] | None) -> list[Array]:
+def _read(checkpoint: str | os.PathLike[str] | None, about: str) -> list[Array]:
     if checkpoint is None or not Path(checkpoint).exists():
         return []
     with np.load(checkpoint, allow_pickle=False) as stored:
+        if str(stored["about"]) != about:
+            raise ValueError(
+                f"checkpoint: {checkpoint} is of another search: {stored['about']}; this is {about}"
+            )
         ends = np.cumsum(stored["sizes"])[:-1]
         return np.split(stored["losses"], ends)
 
 
-def _write(checkpoint: str | os.PathLike[str], told: list[Array]) -> None:
+def _write(checkpoint: str | os.PathLike[str], told: list[Array], about: str) -> None:
     target = Path(checkpoint)
     temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
     with temporary.open("wb") as file:
-        np.savez(file, losses=np.concatenate(told), sizes=[len(values) for values in told])
+        np.savez(
+            file, losses=np.concatenate(told), sizes=[len(values) for values in told], about=np.array(about)
+        )
     temporary.replace(target)
 
 

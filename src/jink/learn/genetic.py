@@ -16,7 +16,7 @@ from ..scenarios.draws import Draws
 from ..scenarios.legs import Legs
 from ..sensor import Position
 from ..trained import Trained
-from .data import Runs, from_scenario
+from .data import Runs, fingerprint, from_scenario
 from .evolution import OPTIMISERS, Chromosome, cma_es, genetic, search
 from .population import errors_of
 
@@ -197,7 +197,14 @@ def identify(
         if s.optimiser == "ga"
         else cma_es(encoding.chromosome, population=s.population, seed=seed)
     )  # fmt: skip
-    best, least = search(loss, start, s.generations, checkpoint=checkpoint, progress=tell)
+    best, least = search(
+        loss,
+        start,
+        s.generations,
+        checkpoint=checkpoint,
+        about=f"{s}, input {acceleration:g} m/s², seed {seed}, {fingerprint(data)}",
+        progress=tell,
+    )
     found = encoding.rules_of(best)
     trained = Trained(
         data=f"{data}, input {acceleration:g} m/s²",

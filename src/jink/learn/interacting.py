@@ -11,7 +11,7 @@ import numpy as np
 from ..arguments import Array
 from ..fuzzy import FuzzyRules
 from ..trained import Trained
-from .data import Runs
+from .data import Runs, fingerprint
 from .evolution import Chromosome, cma_es, search
 from .genetic import FIELDS, NARROWEST, WIDEST
 from .population import Errors, errors_of
@@ -98,6 +98,7 @@ def identify_modes(
     start = cma_es(encoding.chromosome, population=population, seed=seed)
     best, least = search(
         loss, start, generations, checkpoint=checkpoint,
+        about=f"{encoding}, population {population}, seed {seed}, {fingerprint(runs)}",
         progress=(lambda generation, value, _: progress(generation, value)) if progress else None,
     )  # fmt: skip
     found = encoding.modes_of(best)

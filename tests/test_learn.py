@@ -1,0 +1,241 @@
+"""`jink learn`: every recipe on simulated targets and on a file, what is written, what is refused, stopped and taken up again."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import jink
+from jink.cli import app
+from jink.learn.recipes import RECIPES
+from jink.learning import BASE, LEARNED, learn
+
+SMALL = {
+    "fuzzy-imm": {"generations": 4, "population": 30, "rules": 6},
+    "fuzzy-kalman": {"generations": 4, "population": 30, "rules": 6},
+    "anfis-kf": {"epochs": 3},
+    "nn-kf": {"epochs": 5},
+    "nnvsmm": {"epochs": 20},
+    "nnvsmm-modes": {"labels": True, "epochs": 5},
+}
+
+
+def command(*arguments):
+    return CliRunner().invoke(app, ["learn", *map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """24 runs with their truth, as jink simulate writes them."""
+    path = tmp_path_factory.mktemp("learn") / "turns.parquet"
+    done = CliRunner().invoke(app, ["simulate", "random-turns", "--runs", "24", "-o", str(path), "-q"])
+    assert done.exit_code == 0, done.output
+    return path
+
+
+def test_every_recipe_is_tested():
+    assert set(SMALL) == set(RECIPES)
+
+
+@pytest.mark.parametrize("name", RECIPES)
+def test_a_recipe_learns_and_its_file_gives_the_same_filter(name, tmp_path):
+    learned = learn(name, "random-turns", runs=24, check_runs=20, seed=3, **SMALL[name])
+    assert np.isfinite(learned.race.figure(LEARNED, "position_rmse").value)
+    assert "learned filter" in learned.verdict() and learned.verdicts()
+    path = tmp_path / "learned.json"
+    learned.save(path)
+    rng = np.random.default_rng(0)
+    t, z = np.arange(40.0), np.cumsum(rng.normal(100, 40, (40, 2)), axis=0)
+    for output in ("x", "P", "log_likelihood_scan"):
+        a, b = (getattr(f.filter(t, z), output) for f in (learned.filter, jink.load(path)))
+        np.testing.assert_array_equal(a, b)
+    said = json.loads(path.read_text())["fitted"]
+    assert said["scenario"] == "random-turns" and said["seed"] == 3
+    assert said["held_out"]["position_rmse"]["value"] == learned.race.figure(LEARNED, "position_rmse").value
+
+
+@pytest.mark.parametrize("name", ["fuzzy-kalman", "nnvsmm", "nn-kf"])
+def test_the_same_seed_learns_the_same_filter(name, tmp_path):
+    for k in (1, 2):
+        learn(name, "random-turns", runs=16, check_runs=5, seed=1, **SMALL[name]).save(tmp_path / f"{k}.json")
+    assert (tmp_path / "1.json").read_bytes() == (tmp_path / "2.json").read_bytes()
+
+
+def test_an_aid_is_compared_with_the_filter_it_aids_and_helps_a_sluggish_one():
+    sluggish = jink.Kalman(
+        jink.ConstantAcceleration(jerk_psd=1e-4, acceleration_prior_sd=10.0), jink.Position(sd=50.0, axes=2)
+    )
+    learned = learn("nn-kf", "random-turns", runs=40, check_runs=60, base=sluggish, epochs=30)
+    gain = learned.race.compare(LEARNED, BASE)
+    assert gain.verdict == "better"
+    assert gain.difference < -0.3 * learned.race.figure(BASE, "position_rmse").value
+
+
+def test_rules_learned_from_a_file_are_written_shown_and_track_it(recorded, tmp_path):
+    out, page = tmp_path / "rules.json", tmp_path / "rules.html"
+    done = command(
+        "fuzzy-imm",
+        recorded,
+        "-o",
+        out,
+        "--report",
+        page,
+        "--generations",
+        4,
+        "--population",
+        30,
+        "--inputs",
+        "1,30",
+    )
+    assert done.exit_code == 0, done.output
+    said = " ".join(done.output.split())
+    assert "scored against their truth" in said and "On held-out data the learned filter" in said
+    filter = jink.load(out)
+    assert len(filter.modes) == 2
+    words = [line for motion in filter.motions for line in motion.rules.describe()]
+    text = page.read_text()
+    assert text.count("<svg") == 2
+    assert text.count("then the acceleration noise has sd") == len(words)
+    tracked = CliRunner().invoke(
+        app, ["track", str(recorded), "--filter", str(out), "-o", str(tmp_path / "t.parquet"), "-q"]
+    )
+    assert tracked.exit_code == 0, tracked.output
+    assert not list(tmp_path.glob("*.npz"))
+
+
+def test_json_says_everything_in_numbers(recorded):
+    done = command("nn-kf", recorded, "--epochs", 3, "--json")
+    assert done.exit_code == 0, done.output
+    body = json.loads(done.stdout)
+    assert {"raw", "kalman-cv", "imm", LEARNED, BASE} <= set(body["held_out"]["filters"])
+    assert body["filter"] == "nn-kf" and body["warnings"]
+
+
+def test_the_file_s_race_is_the_error_against_its_truth(recorded):
+    """Recomputed by hand for the raw measurements, over the rows held out."""
+    import polars as pl
+
+    from jink.fit import training_data
+
+    learned = learn("nn-kf", str(recorded), epochs=2)
+    training = training_data(
+        str(recorded), runs=1, check_runs=1, seed=0, kind="aircraft", columns=None, truth="true"
+    )
+    owners = set(training.held_out.owner.tolist())
+    table = pl.read_parquet(recorded).filter(pl.col("target").cast(str).is_in(owners) & (pl.col("scan") >= 3))
+    error = (pl.col("x") - pl.col("true_x")) ** 2 + (pl.col("y") - pl.col("true_y")) ** 2
+    counted = training.held_out.counts.sum()
+    by_hand = np.sqrt(table.select(error).to_series().mean())
+    assert abs(counted - table.height) <= len(owners)
+    assert learned.race.figure("raw", "position_rmse").value == pytest.approx(by_hand, rel=1e-3)
+
+
+class Stop(KeyboardInterrupt):
+    pass
+
+
+@pytest.mark.parametrize("optimiser", ["ga", "cma", "together"])
+def test_a_search_stopped_and_taken_up_finds_the_same_rules(optimiser, tmp_path):
+    common = {
+        "runs": 12,
+        "check_runs": 5,
+        "optimiser": optimiser,
+        "generations": 8,
+        "population": 20,
+        "rules": 4,
+    }
+    name = "fuzzy-imm"
+    learn(name, "random-turns", **common).save(tmp_path / "whole.json")
+    calls = 0
+
+    def stop(words, done, of):
+        nonlocal calls
+        calls += 1
+        if calls == 11 or (optimiser == "together" and calls == 5):
+            raise Stop
+
+    kept = tmp_path / "kept"
+    with pytest.raises(KeyboardInterrupt):
+        learn(name, "random-turns", checkpoint=kept, progress=stop, **common)
+    assert list(tmp_path.glob("kept.*.npz"))
+    learn(name, "random-turns", checkpoint=kept, **common).save(tmp_path / "resumed.json")
+    assert (tmp_path / "resumed.json").read_bytes() == (tmp_path / "whole.json").read_bytes()
+
+
+def test_a_checkpoint_of_other_data_is_refused(tmp_path):
+    common = {
+        "check_runs": 5,
+        "generations": 3,
+        "population": 20,
+        "rules": 4,
+        "checkpoint": tmp_path / "kept",
+    }
+    learn("fuzzy-kalman", "random-turns", runs=12, **common)
+    with pytest.raises(ValueError, match="of another search"):
+        learn("fuzzy-kalman", "random-turns", runs=13, **common)
+
+
+def test_an_interrupt_at_the_terminal_keeps_the_checkpoint_and_says_so(recorded, tmp_path, monkeypatch):
+    import jink.learn.population as population
+
+    real, calls = population.errors_of, []
+
+    def sometimes(*arguments, **more):
+        calls.append(1)
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return real(*arguments, **more)
+
+    monkeypatch.setattr("jink.learn.genetic.errors_of", sometimes)
+    out = tmp_path / "rules.json"
+    asked = ["fuzzy-kalman", recorded, "-o", out, "--generations", 6, "--population", 20]
+    done = command(*asked)
+    assert done.exit_code == 130 and "--resume" in done.stderr and not out.exists()
+    assert list(tmp_path.glob("*.npz"))
+    again = command(*asked, "--resume")
+    assert again.exit_code == 0, again.output
+    assert out.exists() and not list(tmp_path.glob("*.npz"))
+    assert len(calls) == 3 + 1 + 3  # three generations, the stop, and the three that were missing
+
+
+BAD = {
+    "unknown name": (["fuzzy-im", "lee-2003"], "fuzzy-imm"),
+    "no file": (["nn-kf", "nowhere.parquet"], "nowhere.parquet"),
+    "no truth": (["nn-kf", "examples/flights.parquet"], "jink fit"),
+    "not a recipe's option": (["nn-kf", "lee-2003", "--optimizer", "cma"], "--optimizer"),
+    "no such optimizer": (["fuzzy-imm", "lee-2003", "--optimizer", "annealing"], "ga, cma, together"),
+    "one axis": (["nnvsmm", "lee-2003"], "two axes"),
+    "one mode": (["fuzzy-imm", "lee-2003", "--inputs", "3"], "at least two modes"),
+    "no number": (["fuzzy-imm", "lee-2003", "--inputs", "a,b"], "--inputs"),
+    "no filter file": (["nn-kf", "lee-2003", "-o", "out.txt"], ".json"),
+    "no base": (["nn-kf", "lee-2003", "--base", "kalman-xx"], "kalman-cv"),
+    "base of rules": (["fuzzy-imm", "lee-2003", "--base", "imm"], "--base"),
+    "labels of an aid": (["nn-kf", "lee-2003", "--labels"], "--labels"),
+    "resume of a network": (["nn-kf", "lee-2003", "--resume"], "in one go"),
+    "resume from nothing": (["fuzzy-imm", "lee-2003", "--resume"], "--checkpoint"),
+    "too few": (["nn-kf", "lee-2003", "--runs", "1"], "at least 4"),
+    "weight": (["fuzzy-imm", "lee-2003", "--weight", "2"], "--weight"),
+    "acceleration": (["fuzzy-imm", "lee-2003", "--acceleration", "-1"], "--acceleration"),
+    "no runs": (["fuzzy-imm", "lee-2003", "--runs", "0"], "--runs"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_cannot_be_done_is_said_before_anything_runs(case):
+    arguments, expected = BAD[case]
+    done = command(*arguments)
+    assert done.exit_code == 2, done.output
+    assert expected in done.stderr
+
+
+def test_truth_of_other_targets_is_refused(recorded):
+    done = command("nn-kf", recorded, "--truth", "px=true_y,py=true_x")
+    assert done.exit_code == 2 and "is it the truth of these targets" in done.stderr
+
+
+def test_rules_need_true_velocities(recorded):
+    done = command("fuzzy-imm", recorded, "--truth", "px=true_x,py=true_y")
+    assert done.exit_code == 2 and "vx=" in done.stderr
