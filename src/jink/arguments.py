@@ -1,5 +1,6 @@
 """Checks of what callers pass in: each says the parameter's name, what it was and what was expected."""
 
+import os
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -67,3 +68,12 @@ def unknown(what: str, name: str, known: Iterable[str]) -> str:
     close = difflib.get_close_matches(name, names, 3, 0.5)
     nearest = f"; did you mean {' or '.join(close)}?" if close else ""
     return f"unknown {what} {name!r}{nearest}\n  Known: {', '.join(names)}"
+
+
+def thread_count(threads: int | None) -> int:
+    """As many threads as asked for, or one for each core there is leave to run on."""
+    if threads is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if int(threads) != threads or threads < 1:
+        raise ValueError(f"threads: expected a whole number from 1, got {threads!r}")
+    return int(threads)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 from numpy.typing import ArrayLike
 
@@ -12,7 +12,7 @@ from ..arguments import PerAxis, per_axis, positive
 from ..motion import ConstantVelocity, NativeMode
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..sensor import Sensor
-from .bank import Bank, as_sensors
+from .imm import IMM
 from .parts import FIXED, Adaptation, Parts
 
 
@@ -126,7 +126,7 @@ def symmetric_levels(
     return [AccelerationLevel(motion, level, estimated) for level in levels]
 
 
-class AdaptiveIMM(Bank):
+class AdaptiveIMM(IMM):
     """IMM whose modes' known accelerations lie around an estimate of the acceleration: uⱼ(k) = â(k−1) + εⱼ.
 
     motions, some of them :class:`AccelerationLevel` with ``estimated=True``; estimator, the filter that runs beside them on the same
@@ -141,40 +141,19 @@ class AdaptiveIMM(Bank):
         transition: Any,
         *,
         estimator: Estimator,
-        transition_step: float | None = None,
-        mode_probability: ArrayLike | None = None,
-        mixing: Literal["prior", "unbiased"] = "prior",
-        linearisation: Literal["ekf", "ukf"] = "ekf",
-        outliers: Outliers | None = None,
-        initial: TwoPoint | OnePoint | Prior | None = None,
-        coast: float | None = None,
+        **options: Any,
     ) -> None:
-        self.motions, self.sensors, self.estimator = tuple(motions), as_sensors(sensor), estimator
         if not isinstance(estimator, AugmentedAcceleration):
             raise TypeError(
                 f"estimator: expected AugmentedAcceleration or TwoStageAcceleration, got {type(estimator).__name__}"
             )
-        if not any(getattr(m, "estimated", False) for m in self.motions):
+        if not any(getattr(m, "estimated", False) for m in motions):
             raise ValueError("motions: none is an AccelerationLevel with estimated=True; nothing would adapt")
-        self.transition, self.transition_step, self.mode_probability = (
-            transition,
-            transition_step,
-            mode_probability,
-        )
-        self.mixing, self.linearisation, self.outliers, self.coast = mixing, linearisation, outliers, coast
-        self.initial = initial if initial is not None else TwoPoint()
-        self._prepare(
-            transition=transition,
-            transition_step=transition_step,
-            mode_probability=mode_probability,
-            mixing=mixing,
-            linearisation=linearisation,
-            coast=coast,
-            parts=Parts(side=estimator),
-        )
+        self.estimator = estimator
+        super().__init__(motions, sensor, transition, **options)
 
-    def __repr__(self) -> str:
-        return f"AdaptiveIMM([{', '.join(map(repr, self.motions))}], {', '.join(map(repr, self.sensors))}, {self.transition!r})"
+    def _parts(self) -> Parts:
+        return Parts(side=self.estimator)
 
 
 def aimm(

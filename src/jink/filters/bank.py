@@ -6,31 +6,20 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .. import _engine
-from ..arguments import Array, positive
+from ..arguments import Array, thread_count
 from ..motion import component_names, mode_names
-from ..noise import OnePoint, Outliers, Prior, TwoPoint, stationary, transition_rule
+from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..times import seconds
 from .estimate import Estimate
 from .live import LiveBatch
 from .parts import Parts, native_mode
 from .quiet import quiet_modes
-from .rows import array_of, measurements, row_noise, track_offsets
-
-OUTPUTS = (
-    "x",
-    "P",
-    "mode_probability",
-    "log_likelihood",
-    "log_likelihood_scan",
-    "nis",
-    "nis_dof",
-    "pit",
-    "status",
-)
-DEFAULT_OUTPUTS = tuple(name for name in OUTPUTS if name != "pit")
+from .results import allocate
+from .rows import array_of, measurements, prior_of_tracks, row_noise, sensor_index, track_offsets
+from .rules import engine_rules
 
 
 class Bank:
@@ -40,11 +29,27 @@ class Bank:
     sensors: tuple[Any, ...]
     outliers: Outliers | None
     initial: TwoPoint | OnePoint | Prior
+    coast: float | None
     fitted: dict[str, Any] = {}  # noqa: RUF012 # of a filter read from a file: what the file says it was fitted on
     not_smoothed: str = ""  # why there is no smoother, if there is none
     _declared: tuple[list[Any], list[Any], tuple[Any, ...], Parts] | None = (
         None  # what the engine was made from
     )
+
+    def _declare(
+        self,
+        motions: Sequence[Any],
+        sensor: Any,
+        outliers: Outliers | None,
+        initial: TwoPoint | OnePoint | Prior | None,
+        coast: float | None,
+    ) -> None:
+        """What every filter is given."""
+        self.motions, self.sensors = tuple(motions), as_sensors(sensor)
+        if not self.motions:
+            raise ValueError("motions: expected at least one motion model")
+        self.outliers, self.coast = outliers, coast
+        self.initial = initial if initial is not None else TwoPoint()
 
     def _prepare(
         self,
@@ -57,36 +62,12 @@ class Bank:
         coast: float | None = None,
         parts: Parts | None = None,
     ) -> None:
-        modes, axes = len(self.motions), self.axes
+        axes = self.axes
         self.not_smoothed = self.not_smoothed or next(filter(None, map(_unsmoothed, self.motions)), "")
-        continuous, matrix = transition_rule(
-            transition, transition_step, parts.chain if parts and parts.chain else modes
-        )
-        if linearisation not in ("ekf", "ukf"):
-            raise ValueError(f"linearisation: expected 'ekf' or 'ukf', got {linearisation!r}")
-        if mixing not in ("prior", "unbiased"):
-            raise ValueError(f"mixing: expected 'prior' or 'unbiased', got {mixing!r}")
-        if not isinstance(self.initial, TwoPoint | OnePoint | Prior):
-            raise TypeError(
-                f"initial: expected jink.TwoPoint, OnePoint or Prior, got {type(self.initial).__name__}"
-            )
-        start = (
-            1000.0
-            if isinstance(self.initial, Prior)
-            else positive("initial.velocity_sd", self.initial.velocity_sd)
-        )
-        rules = (
-            continuous,
-            matrix.ravel().tolist(),
-            _start(parts, mode_probability, modes, continuous, matrix).tolist(),
-            linearisation == "ukf",
-            mixing == "unbiased",
-            self.outliers.share if self.outliers else 0.0,
-            int(self.outliers.restart_after) if self.outliers else 0,
-            0.0 if coast is None else positive("coast", coast),
-            isinstance(self.initial, OnePoint),
-            start * start,
-        )
+        rules = engine_rules(
+            len(self.motions), self.initial, self.outliers, parts, transition=transition, transition_step=transition_step,
+            mode_probability=mode_probability, mixing=mixing, linearisation=linearisation, coast=coast,
+        )  # fmt: skip
         _check_units(self.motions, self.sensors)
         if all(hasattr(part, "native") for part in (*self.motions, *self.sensors)):
             modes_native = [native_mode(m, axes) for m in self.motions]
@@ -205,7 +186,7 @@ class Bank:
             raise ValueError(f"n: expected a number of targets, got {n!r}")
         live: Any = self._engine.one(int(lag)) if n is None else LiveBatch(self, int(n), int(lag), outputs)
         if isinstance(self.initial, Prior):
-            x, P = self._prior(self.initial, n or 1)
+            x, P = prior_of_tracks(self.initial, self.components, n or 1)
             for k in range(n or 1):
                 begin = (x[k], P[k], np.nan) if n is None else (k, x[k], P[k], np.nan)
                 live.begin(*begin)
@@ -241,82 +222,26 @@ class Bank:
         if len(times) != n:
             raise ValueError(f"time: has {len(times)} rows where z has {n}")
         bounds = track_offsets(offsets, n)
-        which = self._sensor_index(sensor, n)
+        which = sensor_index(sensor, n, len(self.sensors))
         noise = row_noise(covariance, n, columns)
         known = None if input is None else array_of("input", input, (n, self.axes))
         prior = initial if initial is not None else self.initial if isinstance(self.initial, Prior) else None
-        prior_x, prior_P = self._prior(prior, len(bounds) - 1) if prior is not None else (None, None)
+        tracks, components = len(bounds) - 1, self.components
+        prior_x, prior_P = (None, None) if prior is None else prior_of_tracks(prior, components, tracks)
         if smooth and self.not_smoothed:
             raise ValueError(f"smooth: is not defined for {type(self).__name__}: {self.not_smoothed}")
-        results, slots, status = self._allocate(outputs, out, n, len(bounds) - 1, columns)
+        results, slots, status = allocate(
+            outputs, out, rows=n, tracks=tracks, components=len(components), modes=len(self.motions), columns=columns
+        )  # fmt: skip
         self._engine.run(
             times, rows, columns, bounds, which, noise, noise is not None and noise.ndim == 3, known, prior_x, prior_P,
-            slots, status, smooth, _threads(threads),
+            slots, status, smooth, thread_count(threads),
         )  # fmt: skip
-        return Estimate(self.components, self.modes, results, self.quiet)
+        return Estimate(components, self.modes, results, self.quiet)
 
     @property
     def _columns(self) -> int:
         return getattr(self._engine, "columns", 0) or max(s.native()[2] for s in self.sensors)
-
-    def _allocate(
-        self, outputs: Sequence[str] | None, out: Estimate | None, n: int, tracks: int, columns: int
-    ) -> tuple[dict[str, NDArray[Any]], list[Array | None], NDArray[np.uint8] | None]:
-        wanted = DEFAULT_OUTPUTS if outputs is None else tuple(outputs)
-        unknown = [name for name in wanted if name not in OUTPUTS]
-        if unknown:
-            raise ValueError(f"outputs: {unknown[0]!r} is none of {', '.join(OUTPUTS)}")
-        k, m = len(self.components), len(self.motions)
-        shapes = {
-            "x": (n, k), "P": (n, k, k), "mode_probability": (n, m), "log_likelihood": (tracks,), "log_likelihood_scan": (n,),
-            "nis": (n,), "nis_dof": (n,), "pit": (n, columns),
-        }  # fmt: skip
-        old = out.results if out is not None else {}
-        shapes["status"] = (n,)
-        for name in wanted if out is not None else ():
-            if name not in old or old[name].shape != shapes[name]:
-                raise ValueError(f"out: expected an estimate with {name} of shape {shapes[name]}")
-        results: dict[str, NDArray[Any]] = {
-            name: old[name] if name in old else _aligned(shapes[name]) for name in wanted if name != "status"
-        }
-        status = old.get("status", np.empty(n, dtype=np.uint8)) if "status" in wanted else None
-        slots: list[Array | None] = [results.get(name) for name in OUTPUTS[:-1]]
-        if status is not None:
-            results["status"] = status
-        return results, slots, status
-
-    def _sensor_index(self, sensor: ArrayLike | None, n: int) -> NDArray[np.int32] | None:
-        if sensor is None:
-            return None
-        index = np.asarray(sensor)
-        if index.shape != (n,) or index.dtype.kind not in "iu":
-            raise ValueError(
-                f"sensor: expected {n} integers, one per row, got {index.dtype} of shape {index.shape}"
-            )
-        if n and (index.min() < 0 or index.max() >= len(self.sensors)):
-            raise ValueError(
-                f"sensor: expected indices 0 to {len(self.sensors) - 1}, got {index.min()} to {index.max()}"
-            )
-        return np.ascontiguousarray(index, dtype=np.int32)
-
-    def _prior(self, prior: Prior, tracks: int) -> tuple[Array, Array]:
-        n = len(self.components)
-        if not isinstance(prior, Prior):
-            raise TypeError(f"initial: expected a jink.Prior, got {type(prior).__name__}")
-        x, P = np.asarray(prior.x, dtype=float), np.asarray(prior.P, dtype=float)
-        if x.shape not in ((n,), (tracks, n)) or P.shape not in ((n, n), (tracks, n, n)):
-            raise ValueError(
-                f"initial: expected x ({n},) or ({tracks}, {n}) and P to match, components {', '.join(self.components)}; "
-                f"got {x.shape} and {P.shape}"
-            )
-        try:
-            np.linalg.cholesky(P)
-        except np.linalg.LinAlgError:
-            raise ValueError("initial: P is not positive definite") from None
-        return (
-            np.ascontiguousarray(np.broadcast_to(x, (tracks, n))),
-            np.ascontiguousarray(np.broadcast_to(P, (tracks, n, n))),
-        )
 
 
 def _check_units(motions: tuple[Any, ...], sensors: tuple[Any, ...]) -> None:
@@ -347,36 +272,3 @@ def as_sensors(sensor: Any) -> tuple[Any, ...]:
     if len(set(axes)) > 1:
         raise ValueError(f"sensor: all must have the same axes, got {', '.join(axes)}")
     return sensors
-
-
-def _aligned(shape: tuple[int, ...]) -> Array:
-    """Empty memory on a cache line's boundary, where results can be written past the caches."""
-    size = int(np.prod(shape))
-    raw = np.empty(size + 8)
-    start = (-raw.ctypes.data // 8) % 8
-    return raw[start : start + size].reshape(shape)
-
-
-def _probabilities(given: ArrayLike | None, modes: int, continuous: bool, matrix: Array) -> Array:
-    if given is None:
-        return stationary(continuous, matrix)
-    p = np.asarray(given, dtype=float)
-    if p.shape != (modes,) or np.any(~(p >= 0)) or not np.isclose(p.sum(), 1):
-        raise ValueError(f"mode_probability: expected {modes} probabilities that sum to one, got {given!r}")
-    return p
-
-
-def _start(
-    parts: Parts | None, given: ArrayLike | None, modes: int, continuous: bool, matrix: Array
-) -> Array:
-    if parts is not None and parts.start is not None:
-        return parts.start
-    return _probabilities(given, modes, continuous, matrix)
-
-
-def _threads(threads: int | None) -> int:
-    if threads is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if int(threads) != threads or threads < 1:
-        raise ValueError(f"threads: expected a whole number from 1, got {threads!r}")
-    return int(threads)

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 from ..motion import Motion, OwnMotion
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..sensor import OwnSensor, Sensor
-from .bank import Bank, as_sensors
+from .bank import Bank
+from .parts import Parts
 
 
 class IMM(Bank):
@@ -38,16 +39,9 @@ class IMM(Bank):
         initial: TwoPoint | OnePoint | Prior | None = None,
         coast: float | None = None,
     ) -> None:
-        self.motions, self.sensors = tuple(motions), as_sensors(sensor)
-        if not self.motions:
-            raise ValueError("motions: expected at least one motion model")
-        self.transition, self.transition_step, self.mode_probability = (
-            transition,
-            transition_step,
-            mode_probability,
-        )
-        self.mixing, self.linearisation, self.outliers, self.coast = mixing, linearisation, outliers, coast
-        self.initial = initial if initial is not None else TwoPoint()
+        self._declare(motions, sensor, outliers, initial, coast)
+        self.transition, self.transition_step = transition, transition_step
+        self.mode_probability, self.mixing, self.linearisation = mode_probability, mixing, linearisation
         self._prepare(
             transition=transition,
             transition_step=transition_step,
@@ -55,7 +49,13 @@ class IMM(Bank):
             mixing=mixing,
             linearisation=linearisation,
             coast=coast,
+            parts=self._parts(),
         )
 
+    def _parts(self) -> Parts | None:
+        """What a filter of the same arguments does otherwise than the IMM."""
+        return None
+
     def __repr__(self) -> str:
-        return f"IMM([{', '.join(map(repr, self.motions))}], {', '.join(map(repr, self.sensors))}, {self.transition!r})"
+        inner = f"[{', '.join(map(repr, self.motions))}], {', '.join(map(repr, self.sensors))}"
+        return f"{type(self).__name__}({inner}, {self.transition!r})"

@@ -6,7 +6,7 @@ from typing import Any
 
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..sensor import Sensor
-from .bank import Bank, as_sensors
+from .bank import Bank
 from .parts import Parts
 
 
@@ -35,10 +35,8 @@ class InputEstimation(Bank):
         initial: TwoPoint | OnePoint | Prior | None = None,
         coast: float | None = None,
     ) -> None:
-        self.motions, self.sensors = (motion,), as_sensors(sensor)
+        self._declare((motion,), sensor, outliers, initial, coast)
         self.window, self.shortest, self.false_alarm = window, shortest, false_alarm
-        self.outliers, self.coast = outliers, coast
-        self.initial = initial if initial is not None else TwoPoint()
         if getattr(motion, "name", "") != "constant_velocity":
             raise ValueError(
                 f"motion: expected a ConstantVelocity, which knows of no acceleration, got {type(motion).__name__}"

@@ -6,7 +6,7 @@ from typing import Literal
 from ..motion import Motion, OwnMotion
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..sensor import OwnSensor, Sensor
-from .bank import Bank, as_sensors
+from .bank import Bank
 
 
 class Kalman(Bank):
@@ -30,9 +30,8 @@ class Kalman(Bank):
         initial: TwoPoint | OnePoint | Prior | None = None,
         coast: float | None = None,
     ) -> None:
-        self.motions, self.sensors = (motion,), as_sensors(sensor)
-        self.linearisation, self.outliers, self.coast = linearisation, outliers, coast
-        self.initial = initial if initial is not None else TwoPoint()
+        self._declare((motion,), sensor, outliers, initial, coast)
+        self.linearisation = linearisation
         self._prepare(linearisation=linearisation, coast=coast)
 
     def __repr__(self) -> str:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..times import seconds
 from .estimate import Estimate
-from .rows import array_of, measurements, row_noise
+from .rows import array_of, measurements, row_noise, sensor_index
 
 if TYPE_CHECKING:
     from .bank import Bank
@@ -52,7 +52,9 @@ class LiveBatch:
         times = self._times(t)
         which = None
         if sensor is not None:
-            which = self._bank._sensor_index(np.broadcast_to(np.asarray(sensor), (self.n,)), self.n)
+            which = sensor_index(
+                np.broadcast_to(np.asarray(sensor), (self.n,)), self.n, len(self._bank.sensors)
+            )
         noise = row_noise(covariance, self.n, self._columns)
         known = None if input is None else array_of("input", input, (self.n, self._bank.axes))
         return self._call(times, rows, which, noise, known, predict_only=False)

@@ -13,7 +13,7 @@ from ..network import Network
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..noise_network import ModeNetwork, NoiseNetwork
 from ..sensor import Sensor
-from .bank import Bank, as_sensors
+from .bank import Bank
 from .parts import FIRST_ORDER, NETWORK, Adaptation, Parts
 
 
@@ -98,9 +98,8 @@ class NeuralModes(Bank):
         initial: TwoPoint | OnePoint | Prior | None = None,
         coast: float | None = None,
     ) -> None:
-        self.motions, self.sensors, self.network = tuple(motions), as_sensors(sensor), network
-        self.outliers, self.coast = outliers, coast
-        self.initial = initial if initial is not None else TwoPoint()
+        self._declare(motions, sensor, outliers, initial, coast)
+        self.network = network
         modes = len(self.motions)
         if network.network.outputs != modes:
             raise ValueError(f"network: scores {network.network.outputs} modes, got {modes} motions")

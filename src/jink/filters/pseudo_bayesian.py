@@ -3,72 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..sensor import Sensor
-from .bank import Bank, as_sensors
+from .imm import IMM
 from .parts import APART, FIRST_ORDER, SECOND_ORDER, Parts
 
 
-class _Modes(Bank):
-    """Arguments of :class:`jink.IMM`; what a subclass sets is how the modes interact."""
-
-    interaction: ClassVar[int]
-
-    def __init__(
-        self,
-        motions: Sequence[Any],
-        sensor: Sensor | Sequence[Sensor],
-        transition: Any,
-        *,
-        transition_step: float | None = None,
-        mode_probability: ArrayLike | None = None,
-        mixing: Literal["prior", "unbiased"] = "prior",
-        linearisation: Literal["ekf", "ukf"] = "ekf",
-        outliers: Outliers | None = None,
-        initial: TwoPoint | OnePoint | Prior | None = None,
-        coast: float | None = None,
-    ) -> None:
-        self.motions, self.sensors = tuple(motions), as_sensors(sensor)
-        if not self.motions:
-            raise ValueError("motions: expected at least one motion model")
-        self.transition, self.transition_step, self.mode_probability = (
-            transition,
-            transition_step,
-            mode_probability,
-        )
-        self.mixing, self.linearisation, self.outliers, self.coast = mixing, linearisation, outliers, coast
-        self.initial = initial if initial is not None else TwoPoint()
-        self._prepare(
-            transition=transition,
-            transition_step=transition_step,
-            mode_probability=mode_probability,
-            mixing=mixing,
-            linearisation=linearisation,
-            coast=coast,
-            parts=Parts(interaction=self.interaction),
-        )
-
-    def __repr__(self) -> str:
-        inner = f"[{', '.join(map(repr, self.motions))}], {', '.join(map(repr, self.sensors))}"
-        return f"{type(self).__name__}({inner}, {self.transition!r})"
-
-
-class GPB1(_Modes):
+class GPB1(IMM):
     """Generalised pseudo-Bayesian filter of first order: every mode starts its scan from the combined estimate.
 
     x⁰ⱼ = Σᵢ μᵢ xᵢ for all j;  μⱼ ∝ cⱼ N(z; ẑⱼ, Sⱼ), cⱼ = Σᵢ Πᵢⱼ μᵢ. M filters, no mixing per mode.
     Source: Ackerson & Fu, IEEE Trans. AC-15(1), 1970; Bar-Shalom, Li & Kirubarajan 2001, §11.6.3.
     """
 
-    interaction = FIRST_ORDER
     not_smoothed = "its modes have no past of their own; use jink.IMM to smooth"
 
+    def _parts(self) -> Parts:
+        return Parts(interaction=FIRST_ORDER)
 
-class GPB2(_Modes):
+
+class GPB2(IMM):
     """Generalised pseudo-Bayesian filter of second order: every pair of modes before and now is filtered apart, then merged.
 
     xᵢⱼ, Pᵢⱼ: mode j's filter from mode i's estimate;  wᵢⱼ ∝ Πᵢⱼ μᵢ N(z; ẑᵢⱼ, Sᵢⱼ);  μⱼ = Σᵢ wᵢⱼ, xⱼ = Σᵢ wᵢⱼ xᵢⱼ / μⱼ. M² filters.
@@ -76,25 +34,23 @@ class GPB2(_Modes):
     Errors: ValueError for modes that adapt to residuals: a pair has no memory of its own.
     """
 
-    interaction = SECOND_ORDER
     not_smoothed = "its modes are merged from pairs; use jink.IMM to smooth"
 
-    def __init__(self, motions: Sequence[Any], *args: Any, **named: Any) -> None:
-        if any(getattr(m, "remembers", False) for m in motions):
+    def _parts(self) -> Parts:
+        if any(getattr(m, "remembers", False) for m in self.motions):
             raise ValueError(
                 "motions: in GPB2 a pair of modes has no memory of its own, which modes that adapt to residuals need; use jink.IMM"
             )
-        super().__init__(motions, *args, **named)
+        return Parts(interaction=SECOND_ORDER)
 
 
-class StaticMM(_Modes):
+class StaticMM(IMM):
     """Static multiple models (multiple-model adaptive estimation): each mode filters by itself, and one of them is taken to be true.
 
     μⱼ(k) ∝ μⱼ(k−1) N(z; ẑⱼ, Sⱼ). A target that changes its mode is followed only as far as the probabilities have not died
     (they are kept above 1e-100). Source: Magill, IEEE Trans. AC-10(4), 1965; Bar-Shalom, Li & Kirubarajan 2001, §11.6.2.
     """
 
-    interaction = APART
     not_smoothed = "its modes never meet; smooth each as a jink.Kalman"
 
     def __init__(
@@ -116,3 +72,6 @@ class StaticMM(_Modes):
             motions, sensor, same, mode_probability=mode_probability, linearisation=linearisation, outliers=outliers,
             initial=initial, coast=coast,
         )  # fmt: skip
+
+    def _parts(self) -> Parts:
+        return Parts(interaction=APART)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Array
+from ..noise import Prior
 
 
 def measurements(z: ArrayLike, columns: int) -> Array:
@@ -71,3 +72,38 @@ def array_of(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     if not np.isfinite(array).all():
         raise ValueError(f"{name}: has values that are not finite")
     return array
+
+
+def sensor_index(sensor: ArrayLike | None, n: int, sensors: int) -> NDArray[np.int32] | None:
+    """Which of so many sensors measured each of n rows."""
+    if sensor is None:
+        return None
+    index = np.asarray(sensor)
+    if index.shape != (n,) or index.dtype.kind not in "iu":
+        raise ValueError(
+            f"sensor: expected {n} integers, one per row, got {index.dtype} of shape {index.shape}"
+        )
+    if n and (index.min() < 0 or index.max() >= sensors):
+        raise ValueError(f"sensor: expected indices 0 to {sensors - 1}, got {index.min()} to {index.max()}")
+    return np.ascontiguousarray(index, dtype=np.int32)
+
+
+def prior_of_tracks(prior: Prior, components: tuple[str, ...], tracks: int) -> tuple[Array, Array]:
+    """x (tracks, n) and P (tracks, n, n) of a start that is given for all tracks or for each."""
+    n = len(components)
+    if not isinstance(prior, Prior):
+        raise TypeError(f"initial: expected a jink.Prior, got {type(prior).__name__}")
+    x, P = np.asarray(prior.x, dtype=float), np.asarray(prior.P, dtype=float)
+    if x.shape not in ((n,), (tracks, n)) or P.shape not in ((n, n), (tracks, n, n)):
+        raise ValueError(
+            f"initial: expected x ({n},) or ({tracks}, {n}) and P to match, components {', '.join(components)}; "
+            f"got {x.shape} and {P.shape}"
+        )
+    try:
+        np.linalg.cholesky(P)
+    except np.linalg.LinAlgError:
+        raise ValueError("initial: P is not positive definite") from None
+    return (
+        np.ascontiguousarray(np.broadcast_to(x, (tracks, n))),
+        np.ascontiguousarray(np.broadcast_to(P, (tracks, n, n))),
+    )

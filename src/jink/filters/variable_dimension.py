@@ -9,7 +9,7 @@ import numpy as np
 from ..motion import ConstantAcceleration, ConstantVelocity
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..sensor import Sensor
-from .bank import Bank, as_sensors
+from .bank import Bank
 from .parts import APART, DIMENSION, Parts, Proposal
 
 
@@ -39,10 +39,8 @@ class VariableDimension(Bank):
         initial: TwoPoint | OnePoint | Prior | None = None,
         coast: float | None = None,
     ) -> None:
-        self.motions, self.sensors = (quiet, manoeuvring), as_sensors(sensor)
+        self._declare((quiet, manoeuvring), sensor, outliers, initial, coast)
         self.window, self.false_alarm, self.missed_end = window, false_alarm, missed_end
-        self.outliers, self.coast = outliers, coast
-        self.initial = initial if initial is not None else TwoPoint()
         for part, motion, kind in (
             ("quiet", quiet, ConstantVelocity),
             ("manoeuvring", manoeuvring, ConstantAcceleration),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +12,7 @@ from ..arguments import Array
 from ..motion import ConstantVelocity
 from ..noise import OnePoint, Outliers, Prior, Sojourn, TwoPoint, transition_rule
 from ..sensor import Sensor
-from .bank import Bank, as_sensors
+from .bank import Bank
 from .parts import ACTIVE, DIGRAPH, GRID, Parts, Proposal, uniform
 
 LARGEST = 64  # modes alive at once
@@ -23,20 +23,17 @@ class _VariableStructure(Bank):
 
     not_smoothed = "which modes are alive differs from scan to scan; use jink.IMM to smooth"
 
-    def _build(
+    def _declare(
         self,
         motions: Sequence[Any],
         sensor: Any,
-        transition: Any,
         outliers: Outliers | None,
         initial: TwoPoint | OnePoint | Prior | None,
         coast: float | None,
     ) -> None:
-        self.motions, self.sensors, self.transition = tuple(motions), as_sensors(sensor), transition
+        super()._declare(motions, sensor, outliers, initial, coast)
         if len(self.motions) < 2:
             raise ValueError(f"motions: expected at least two modes, got {len(self.motions)}")
-        self.outliers, self.coast = outliers, coast
-        self.initial = initial if initial is not None else TwoPoint()
 
     @property
     def _alike(self) -> bool:
@@ -62,7 +59,42 @@ class _VariableStructure(Bank):
         return f"{type(self).__name__}({len(self.motions)} modes, {', '.join(map(repr, self.sensors))})"
 
 
-class DigraphSwitching(_VariableStructure):
+class _Digraph(_VariableStructure):
+    """Modes on a graph; what a subclass says is how many of them are alive at most."""
+
+    _kind: ClassVar[int]
+
+    def __init__(
+        self,
+        motions: Sequence[Any],
+        sensor: Sensor | Sequence[Sensor],
+        transition: Any,
+        *,
+        graph: Sequence[Sequence[int]] | None = None,
+        first_mode: int = 0,
+        outliers: Outliers | None = None,
+        initial: TwoPoint | OnePoint | Prior | None = None,
+        coast: float | None = None,
+    ) -> None:
+        self._declare(motions, sensor, outliers, initial, coast)
+        self.transition, self.graph, self.first_mode = transition, graph, first_mode
+        near = neighbours(len(self.motions), transition, graph)
+        _reachable(near, first_mode)
+        alive = self._most_alive(near)
+        slots = self._slots(alive)
+        others = [j for j in near[first_mode] if j != first_mode]
+        first = self._placed(sorted([first_mode, *others[: alive - 1]]), slots)
+        proposal = Proposal(
+            kind=self._kind, slots=slots, start=first, neighbours=near, numbers=[float(alive)]
+        )
+        parts = Parts(proposal=proposal, start=_begun(first, first_mode))
+        self._prepare(transition=transition, coast=coast, parts=parts)
+
+    def _most_alive(self, near: list[list[int]]) -> int:
+        raise NotImplementedError
+
+
+class DigraphSwitching(_Digraph):
     """Variable-structure IMM by digraph switching: alive are the neighbours of the likeliest mode, itself included.
 
     A(k+1) = {j: neighbour of argmaxᵢ μᵢ(k)};  cⱼ = Σ_{i ∈ A(k)} Π⁺ᵢⱼ μᵢ for j ∈ A(k+1), the IMM's recursion over these. Π⁺: a mode that
@@ -74,39 +106,20 @@ class DigraphSwitching(_VariableStructure):
     Errors: ValueError for modes that cannot be reached. Source: Li & Bar-Shalom, IEEE Trans. AC-41(4), 1996.
     """
 
-    def __init__(
-        self,
-        motions: Sequence[Any],
-        sensor: Sensor | Sequence[Sensor],
-        transition: Any,
-        *,
-        graph: Sequence[Sequence[int]] | None = None,
-        first_mode: int = 0,
-        outliers: Outliers | None = None,
-        initial: TwoPoint | OnePoint | Prior | None = None,
-        coast: float | None = None,
-    ) -> None:
-        self._build(motions, sensor, transition, outliers, initial, coast)
-        self.graph, self.first_mode = graph, first_mode
-        near = neighbours(len(self.motions), transition, graph)
-        _reachable(near, first_mode)
-        slots = self._slots(max(map(len, near)))
-        first = self._placed(near[first_mode], slots)
-        proposal = Proposal(kind=DIGRAPH, slots=slots, start=first, neighbours=near)
-        alive = np.array([at >= 0 for at in first], dtype=float)
-        self._prepare(
-            transition=transition,
-            coast=coast,
-            parts=Parts(proposal=proposal, start=_given(first, first_mode, alive)),
-        )
+    _kind = DIGRAPH
+
+    def _most_alive(self, near: list[list[int]]) -> int:
+        return max(map(len, near))
 
 
-class ActiveDigraph(_VariableStructure):
+class ActiveDigraph(_Digraph):
     """Variable-structure IMM by active digraph: alive are the ``alive`` likeliest modes of the next scan.
 
     A(k+1) = the modes of the largest cⱼ = Σ_{i ∈ A(k)} Πᵢⱼ μᵢ(k), over the whole graph; then as :class:`DigraphSwitching`, with the
     same arguments. Source: Li, Zwi & Zhang, IEEE Trans. AES-35(1), 1999; Li, IEEE Trans. AC-45(11), 2000 ("likely-model set").
     """
+
+    _kind = ACTIVE
 
     def __init__(
         self,
@@ -115,29 +128,17 @@ class ActiveDigraph(_VariableStructure):
         transition: Any,
         *,
         alive: int = 3,
-        graph: Sequence[Sequence[int]] | None = None,
-        first_mode: int = 0,
-        outliers: Outliers | None = None,
-        initial: TwoPoint | OnePoint | Prior | None = None,
-        coast: float | None = None,
+        **options: Any,
     ) -> None:
-        self._build(motions, sensor, transition, outliers, initial, coast)
-        self.graph, self.first_mode, self.alive = graph, first_mode, alive
-        if int(alive) != alive or not 1 < alive <= len(self.motions):
+        self.alive = alive
+        super().__init__(motions, sensor, transition, **options)
+
+    def _most_alive(self, near: list[list[int]]) -> int:
+        if int(self.alive) != self.alive or not 1 < self.alive <= len(near):
             raise ValueError(
-                f"alive: expected a whole number from 2 to the {len(self.motions)} modes, got {alive!r}"
+                f"alive: expected a whole number from 2 to the {len(near)} modes, got {self.alive!r}"
             )
-        near = neighbours(len(self.motions), transition, graph)
-        _reachable(near, first_mode)
-        slots = self._slots(int(alive))
-        first = self._placed(near[first_mode][: int(alive)], slots)
-        proposal = Proposal(kind=ACTIVE, slots=slots, start=first, neighbours=near, numbers=[float(alive)])
-        begun = np.array([at >= 0 for at in first], dtype=float)
-        self._prepare(
-            transition=transition,
-            coast=coast,
-            parts=Parts(proposal=proposal, start=_given(first, first_mode, begun)),
-        )
+        return int(self.alive)
 
 
 class AdaptiveGrid(_VariableStructure):
@@ -163,7 +164,8 @@ class AdaptiveGrid(_VariableStructure):
         initial: TwoPoint | OnePoint | Prior | None = None,
         coast: float | None = None,
     ) -> None:
-        self._build(motions, sensor, transition, outliers, initial, coast)
+        self._declare(motions, sensor, outliers, initial, coast)
+        self.transition = transition
         self.least_step, self.unlikely, self.likely = least_step, unlikely, likely
         last = len(self.motions) - 1.0
         if not self._alike:
@@ -233,9 +235,10 @@ def _reachable(near: list[list[int]], start: int) -> None:
         )
 
 
-def _given(first: list[float], start: int, alive: Array) -> Array:
-    """Initial probabilities: nearly all on the mode a track starts with."""
-    p = np.where(alive > 0, 0.05 / max(alive.sum() - 1, 1), 0.0)
+def _begun(first: list[float], start: int) -> Array:
+    """Initial probabilities of the slots: nearly all on the mode a track starts with."""
+    alive = np.array(first) >= 0
+    p = np.where(alive, 0.05 / max(alive.sum() - 1, 1), 0.0)
     p[first.index(float(start))] = 0.95 if alive.sum() > 1 else 1.0
     return p
 

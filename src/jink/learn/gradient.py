@@ -9,9 +9,8 @@ from typing import Any, Literal
 import numpy as np
 
 from .. import _engine
-from ..arguments import Array
-from ..filters.bank import _threads
-from ..filters.rows import array_of, measurements, row_noise, track_offsets
+from ..arguments import Array, thread_count
+from ..filters.rows import array_of, measurements, prior_of_tracks, row_noise, sensor_index, track_offsets
 from ..times import seconds
 
 Figure = Literal["likelihood", "prediction", "tracking"]
@@ -100,8 +99,12 @@ def gradient(
     time = array_of("time", np.asarray(seconds(tracks.time), dtype=float), (n,))
     offsets = track_offsets(tracks.offsets, n)
     noise = row_noise(tracks.covariance, n, columns)
-    which = filter._sensor_index(tracks.sensor, n)
-    prior = filter._prior(filter.initial, len(tracks)) if hasattr(filter.initial, "P") else (None, None)
+    which = sensor_index(tracks.sensor, n, len(filter.sensors))
+    prior = (
+        prior_of_tracks(filter.initial, filter.components, len(tracks))
+        if hasattr(filter.initial, "P")
+        else (None, None)
+    )
     components, truth = _target(filter, tracks) if figure == "tracking" else ([], None)
     c = 1 if figure == "likelihood" else columns if figure == "prediction" else len(components)
     weights = None if weight is None else array_of("weight", weight, (n, c))
@@ -114,7 +117,7 @@ def gradient(
     value, slope = np.empty((len(tracks), c)), np.empty((len(directions), len(tracks), c))
     _engine.native.gradient(
         filter._engine, time, z, columns, offsets, which, noise, noise is not None and noise.ndim == 3, None, *prior,
-        FIGURES.index(figure), int(ahead), components, truth, weights, directions, value, slope, _threads(threads),
+        FIGURES.index(figure), int(ahead), components, truth, weights, directions, value, slope, thread_count(threads),
     )  # fmt: skip
     return value, slope
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._engine import native
-from ..arguments import Array
-from ..filters.bank import _threads
+from ..arguments import Array, thread_count
 from ..fuzzy import FuzzyRules
 from .data import Runs
 
@@ -49,7 +48,7 @@ def errors_of(
     sums = np.empty((individuals, scans, 2))
     given = (tables, np.asarray(count, dtype=np.int64), transition, probability, apart.time, *_flat(apart))
     native.population_errors(
-        *(np.ascontiguousarray(array) for array in given), runs.sd**2, sums, _threads(threads)
+        *(np.ascontiguousarray(array) for array in given), runs.sd**2, sums, thread_count(threads)
     )
     scored = _scored(apart)
     with np.errstate(invalid="ignore", divide="ignore"):

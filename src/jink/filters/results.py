@@ -1,0 +1,63 @@
+"""The arrays that a batch writes its results into: new ones, or those of an earlier estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arguments import Array
+from .estimate import Estimate
+
+OUTPUTS = (
+    "x",
+    "P",
+    "mode_probability",
+    "log_likelihood",
+    "log_likelihood_scan",
+    "nis",
+    "nis_dof",
+    "pit",
+    "status",
+)
+DEFAULT_OUTPUTS = tuple(name for name in OUTPUTS if name != "pit")
+Slots = tuple[dict[str, NDArray[Any]], list[Array | None], NDArray[np.uint8] | None]
+
+
+def allocate(
+    outputs: Sequence[str] | None, out: Estimate | None, *, rows: int, tracks: int, components: int, modes: int, columns: int
+) -> Slots:  # fmt: skip
+    """Results by name, the same in the engine's order (None where not wanted), and the status.
+
+    Errors: ValueError for an unknown output, or an ``out`` without an array of the shape that is wanted.
+    """
+    wanted = DEFAULT_OUTPUTS if outputs is None else tuple(outputs)
+    unknown = [name for name in wanted if name not in OUTPUTS]
+    if unknown:
+        raise ValueError(f"outputs: {unknown[0]!r} is none of {', '.join(OUTPUTS)}")
+    shapes: dict[str, tuple[int, ...]] = {name: (rows,) for name in OUTPUTS}
+    shapes["x"], shapes["P"] = (rows, components), (rows, components, components)
+    shapes["mode_probability"], shapes["pit"] = (rows, modes), (rows, columns)
+    shapes["log_likelihood"] = (tracks,)
+    old = out.results if out is not None else {}
+    for name in wanted if out is not None else ():
+        if name not in old or old[name].shape != shapes[name]:
+            raise ValueError(f"out: expected an estimate with {name} of shape {shapes[name]}")
+    results: dict[str, NDArray[Any]] = {
+        name: old[name] if name in old else _aligned(shapes[name]) for name in wanted if name != "status"
+    }
+    status = old.get("status", np.empty(rows, dtype=np.uint8)) if "status" in wanted else None
+    slots: list[Array | None] = [results.get(name) for name in OUTPUTS[:-1]]
+    if status is not None:
+        results["status"] = status
+    return results, slots, status
+
+
+def _aligned(shape: tuple[int, ...]) -> Array:
+    """Empty memory on a cache line's boundary, where results can be written past the caches."""
+    size = int(np.prod(shape))
+    raw = np.empty(size + 8)
+    start = (-raw.ctypes.data // 8) % 8
+    return raw[start : start + size].reshape(shape)

@@ -1,0 +1,63 @@
+"""The rules that all filters share, checked, in the order in which the engine takes them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arguments import Array, positive
+from ..noise import OnePoint, Outliers, Prior, TwoPoint, stationary, transition_rule
+from .parts import Parts
+
+
+def engine_rules(
+    modes: int,
+    initial: TwoPoint | OnePoint | Prior,
+    outliers: Outliers | None,
+    parts: Parts | None,
+    *,
+    transition: Any,
+    transition_step: float | None,
+    mode_probability: ArrayLike | None,
+    mixing: str,
+    linearisation: str,
+    coast: float | None,
+) -> tuple[Any, ...]:
+    """Chain, initial probabilities, linearisation, mixing, outliers, coasting, start. Errors name the argument."""
+    chain = parts.chain if parts and parts.chain else modes
+    continuous, matrix = transition_rule(transition, transition_step, chain)
+    if linearisation not in ("ekf", "ukf"):
+        raise ValueError(f"linearisation: expected 'ekf' or 'ukf', got {linearisation!r}")
+    if mixing not in ("prior", "unbiased"):
+        raise ValueError(f"mixing: expected 'prior' or 'unbiased', got {mixing!r}")
+    if not isinstance(initial, TwoPoint | OnePoint | Prior):
+        raise TypeError(f"initial: expected jink.TwoPoint, OnePoint or Prior, got {type(initial).__name__}")
+    velocity_sd = (
+        1000.0 if isinstance(initial, Prior) else positive("initial.velocity_sd", initial.velocity_sd)
+    )
+    start = parts.start if parts else None
+    if start is None:
+        start = _probabilities(mode_probability, modes, continuous, matrix)
+    return (
+        continuous,
+        matrix.ravel().tolist(),
+        start.tolist(),
+        linearisation == "ukf",
+        mixing == "unbiased",
+        outliers.share if outliers else 0.0,
+        int(outliers.restart_after) if outliers else 0,
+        0.0 if coast is None else positive("coast", coast),
+        isinstance(initial, OnePoint),
+        velocity_sd * velocity_sd,
+    )
+
+
+def _probabilities(given: ArrayLike | None, modes: int, continuous: bool, matrix: Array) -> Array:
+    if given is None:
+        return stationary(continuous, matrix)
+    p = np.asarray(given, dtype=float)
+    if p.shape != (modes,) or np.any(~(p >= 0)) or not np.isclose(p.sum(), 1):
+        raise ValueError(f"mode_probability: expected {modes} probabilities that sum to one, got {given!r}")
+    return p
