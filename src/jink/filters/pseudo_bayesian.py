@@ -65,7 +65,6 @@ class GPB1(_Modes):
     """
 
     interaction = FIRST_ORDER
-    not_smoothed = "its modes have no past of their own; use jink.IMM to smooth"
 
 
 class GPB2(_Modes):
@@ -77,12 +76,15 @@ class GPB2(_Modes):
     """
 
     interaction = SECOND_ORDER
-    not_smoothed = "its modes are merged from pairs; use jink.IMM to smooth"
 
     def __init__(self, motions: Sequence[Any], *args: Any, **named: Any) -> None:
         if any(getattr(m, "remembers", False) for m in motions):
             raise ValueError(
                 "motions: in GPB2 a pair of modes has no memory of its own, which modes that adapt to residuals need; use jink.IMM"
+            )
+        if any(hasattr(m, "adaptation") and m.adaptation(1)[0] for m in motions):
+            self.not_smoothed = (
+                "a pair's own noise is not kept, and its modes adapt theirs; smooth a jink.IMM of them"
             )
         super().__init__(motions, *args, **named)
 
@@ -95,7 +97,6 @@ class StaticMM(_Modes):
     """
 
     interaction = APART
-    not_smoothed = "its modes never meet; smooth each as a jink.Kalman"
 
     def __init__(
         self,
