@@ -52,7 +52,7 @@ def run(filter, time, z):
     return tuple(a.reshape(B, N, *a.shape[1:]) for a in (est.x, est.P, est.mode_probability))
 
 
-def assert_close(got, x, P, mu=None, rows=slice(1, None)):
+def assert_close(got, x, P, mu=None, rows=slice(1, None), tolerance=TOLERANCE):
     """x over |x| + sd, P over sd sd', probabilities absolute; scaled by the covariances' conditioning over 1e5."""
     x, P = x[:, rows], P[:, rows]
     sd = np.sqrt(np.einsum("...ii->...i", P))
@@ -65,7 +65,7 @@ def assert_close(got, x, P, mu=None, rows=slice(1, None)):
     }
     if mu is not None:
         far["mu"] = np.abs(got[2][:, rows] - mu[:, rows])
-    assert {k: f"{v.max():.1e}" for k, v in far.items() if not v.max() <= TOLERANCE * scale} == {}, scale
+    assert {k: f"{v.max():.1e}" for k, v in far.items() if not v.max() <= tolerance * scale} == {}, scale
 
 
 def assert_same(filter, oracle, time, z):

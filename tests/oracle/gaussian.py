@@ -58,9 +58,10 @@ def linearise(points: Array, values: Array, x: Array, P: Array) -> tuple[Array, 
 
 
 def predict(
-    motion: Motion, x: Array, P: Array, dt: float, u: Array | None = None, linearisation="ekf"
+    motion: Motion, x: Array, P: Array, dt: float, u: Array | None = None, linearisation="ekf", Q=None
 ) -> Predicted:
-    Q = motion.noise(x, dt)
+    """Q: the process noise, where it is not what the motion has at x."""
+    Q = motion.noise(x, dt) if Q is None else Q
     if linearisation == "ekf":
         mean, A, noise = motion.f(x, dt), motion.F(x, dt), Q
     else:

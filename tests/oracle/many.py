@@ -7,7 +7,7 @@ with NaN where missing. All tracks share their times. Nothing else is clever: de
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,14 @@ Array = NDArray[np.float64]
 
 
 @dataclass
+class Stepped(Mode):
+    """A mode with what its last step was made with: Q (B, n, n) and the known acceleration u (B, axes), or None."""
+
+    Q: Array
+    u: Array | None
+
+
+@dataclass
 class Updated:
     """A mode after the update; residual z - H x- (B, axes) and log N(residual; 0, S) (B,)."""
 
@@ -33,11 +41,15 @@ class Updated:
 
 @dataclass
 class Estimates:
-    """x (B, N, n), P (B, N, n, n) over the union of the components, mu (B, N, M); NaN before the start."""
+    """x (B, N, n), P (B, N, n, n) over the union of the components, mu (B, N, M); NaN before the start.
+
+    modes: of each row each mode by itself.
+    """
 
     x: Array
     P: Array
     mu: Array
+    modes: list[list[Mode]] = field(default_factory=list)
 
 
 def symmetric(P: Array) -> Array:
@@ -60,7 +72,8 @@ def predict(
     if u is not None:
         x = x + apply(motion.input_matrix(dt), u)
     Q = motion.noise(mode.x, dt) if noise is None else noise
-    return Mode(x, symmetric(F @ mode.P @ F.T + Q))
+    P = symmetric(F @ mode.P @ F.T + Q)
+    return Stepped(x, P, np.broadcast_to(Q, P.shape), u)
 
 
 def measure_matrix(motion: Motion) -> Array:
@@ -81,7 +94,8 @@ def update(motion: Motion, mode: Mode, z: Array, R: Array) -> Updated:
     P = keep @ mode.P @ np.swapaxes(keep, -1, -2) + K @ (noise * there[..., None]) @ np.swapaxes(K, -1, -2)
     square = np.einsum("...i,...ij,...j->...", residual, np.linalg.inv(S), residual)
     log_det = np.linalg.slogdet(S)[1] + there.sum(-1) * np.log(2 * np.pi)
-    return Updated(Mode(mode.x + apply(K, residual), symmetric(P)), residual, S, -(log_det + square) / 2)
+    after = replace(mode, x=mode.x + apply(K, residual), P=symmetric(P))
+    return Updated(after, residual, S, -(log_det + square) / 2)
 
 
 def match(weights: Array, modes: list[Mode]) -> Mode:
@@ -160,13 +174,14 @@ def along(
     modes, mu = started(motions, time, z, R), np.tile(np.asarray(mu, float), (B, 1))
     n = len(union(motions))
     out = Estimates(
-        np.full((B, N, n), np.nan), np.full((B, N, n, n), np.nan), np.full((B, N, mu.shape[1]), np.nan)
+        np.full((B, N, n), np.nan), np.full((B, N, n, n), np.nan), np.full((B, N, mu.shape[1]), np.nan), [[]]
     )
     for k in range(1, N):
         if k > 1:
             modes, mu = step(modes, mu, k, time[k] - time[k - 1])
         combined = combine(motions, modes, mu)
         out.x[:, k], out.P[:, k], out.mu[:, k] = combined.x, combined.P, mu
+        out.modes.append(modes)
     return out
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from oracle.gaussian import parts, predict, symmetric
+from oracle.gaussian import Predicted, parts, predict, symmetric
 from oracle.mixture import Mode, augment, match, selection
 from oracle.motion import Motion
 from oracle.sensor import wrap
@@ -130,11 +130,17 @@ def pair(filter: Filter, before: Scan, after: Scan, i: int, j: int, heard: Messa
     if not after.linked:
         return Message.silent(source.n)
     start = augment(source, before.modes[i], target, before.modes[j], filter.mixing)
-    ahead = predict(target, start.x, start.P, after.dt, after.u, filter.linearisation)
+    ahead = stepped(filter, after, j, start)
     A = selection(source, target)
     enters = start.P - A @ before.modes[i].P @ A.T
     noise = ahead.noise + ahead.A @ enters @ ahead.A.T
     return heard.moved(ahead.x - after.modes[j].x).before_noise(noise).through(ahead.A @ A)
+
+
+def stepped(filter: Filter, after: Scan, j: int, start: Mode) -> Predicted:
+    """Mode j's step to a scan; with the noise and the input that it was filtered with, where these adapt."""
+    Q, u = after.steps[j] if after.steps is not None else (None, after.u)
+    return predict(filter.motions[j], start.x, start.P, after.dt, u, filter.linearisation, Q)
 
 
 def collapse(filtered: Mode, mu: float, log_w: Array, fused: list[Mode], told: list[Message]):
@@ -153,7 +159,7 @@ def collapse(filtered: Mode, mu: float, log_w: Array, fused: list[Mode], told: l
 def rts(filter: Filter, before: Scan, after: Scan, smoothed: Mode) -> Mode:
     """One mode's step."""
     (mode,) = before.modes
-    ahead = predict(filter.motions[0], mode.x, mode.P, after.dt, after.u, filter.linearisation)
+    ahead = stepped(filter, after, 0, mode)
     C = np.linalg.solve(ahead.P, ahead.A @ mode.P).T
     ICF = np.eye(len(mode.x)) - C @ ahead.A
     P = ICF @ mode.P @ ICF.T + C @ (ahead.noise + smoothed.P) @ C.T

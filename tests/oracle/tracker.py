@@ -73,6 +73,7 @@ class Scan:
     used: Row | None = None  # the measurement that was believed
     modes: list[Mode] = field(default_factory=list)
     predicted: list[Predicted] = field(default_factory=list)
+    steps: list[tuple[Array, Array | None]] | None = None  # noise and input of each mode, where they adapt
     mu: Array | None = None
     log_likelihood: float = 0.0
     nis: float = np.nan

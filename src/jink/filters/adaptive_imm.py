@@ -55,7 +55,7 @@ class TwoStageAcceleration(AugmentedAcceleration):
 
     name: ClassVar[str] = "two_stage_acceleration"
     not_smoothed: ClassVar[str] = (
-        "its noise depends on the covariance it is added to; smooth an AugmentedAcceleration"
+        "its noise depends on the covariance it is added to; smooth a jink.AugmentedAcceleration"
     )
     _kind: ClassVar[int] = 7
 

@@ -27,7 +27,9 @@ class Aided(Bank):
     Source: Titi & Güney, "Adaptive neuro-fuzzy aided Kalman filter for target tracking".
     """
 
-    not_smoothed = "an aid corrects the filter's estimates only"
+    not_smoothed = (
+        "its aid was trained on filtered estimates; smooth the filter it aids, such as a jink.Kalman"
+    )
 
     def __init__(self, filter: Bank, corrector: Corrector) -> None:
         if isinstance(filter, Aided):

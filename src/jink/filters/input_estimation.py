@@ -21,7 +21,7 @@ class InputEstimation(Bank):
     Source: Chan, Hu & Plant, IEEE Trans. AES-15(2), 1979; over all onsets of a window: Bogler, IEEE Trans. AES-23(3), 1987.
     """
 
-    not_smoothed = "its corrections belong to no motion model"
+    not_smoothed = "its corrections belong to no motion model; smooth a jink.IMM with a mode that accelerates"
 
     def __init__(
         self,

@@ -86,7 +86,7 @@ class NeuralModes(Bank):
     motions of any kind (constant velocity, acceleration, turns). Source: Choi, Samal & Ahn 2001, eq. 8.
     """
 
-    not_smoothed = "its weights are scores, not probabilities"
+    not_smoothed = "its weights are scores, not probabilities; smooth its modes in a jink.IMM"
 
     def __init__(
         self,

@@ -20,8 +20,6 @@ class GPB1(IMM):
     Source: Ackerson & Fu, IEEE Trans. AC-15(1), 1970; Bar-Shalom, Li & Kirubarajan 2001, §11.6.3.
     """
 
-    not_smoothed = "its modes have no past of their own; use jink.IMM to smooth"
-
     def _parts(self) -> Parts:
         return Parts(interaction=FIRST_ORDER)
 
@@ -34,12 +32,14 @@ class GPB2(IMM):
     Errors: ValueError for modes that adapt to residuals: a pair has no memory of its own.
     """
 
-    not_smoothed = "its modes are merged from pairs; use jink.IMM to smooth"
-
     def _parts(self) -> Parts:
         if any(getattr(m, "remembers", False) for m in self.motions):
             raise ValueError(
                 "motions: in GPB2 a pair of modes has no memory of its own, which modes that adapt to residuals need; use jink.IMM"
+            )
+        if any(hasattr(m, "adaptation") and m.adaptation(1)[0] for m in self.motions):
+            self.not_smoothed = (
+                "a pair's own noise is not kept, and its modes adapt theirs; smooth a jink.IMM of them"
             )
         return Parts(interaction=SECOND_ORDER)
 
@@ -50,8 +50,6 @@ class StaticMM(IMM):
     μⱼ(k) ∝ μⱼ(k−1) N(z; ẑⱼ, Sⱼ). A target that changes its mode is followed only as far as the probabilities have not died
     (they are kept above 1e-100). Source: Magill, IEEE Trans. AC-10(4), 1965; Bar-Shalom, Li & Kirubarajan 2001, §11.6.2.
     """
-
-    not_smoothed = "its modes never meet; smooth each as a jink.Kalman"
 
     def __init__(
         self,

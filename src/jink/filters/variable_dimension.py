@@ -24,7 +24,7 @@ class VariableDimension(Bank):
     missed_end that the acceleration's sum does though there is none. Source: Bar-Shalom & Birmiwal, IEEE Trans. AES-18(5), 1982.
     """
 
-    not_smoothed = "it switches motion models by decision"
+    not_smoothed = "it changes motion models by decision; smooth a jink.IMM of the two"
 
     def __init__(
         self,

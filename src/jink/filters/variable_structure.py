@@ -21,7 +21,7 @@ LARGEST = 64  # modes alive at once
 class _VariableStructure(Bank):
     """What the three have in common: the modes, the graph, and the arguments that every filter has."""
 
-    not_smoothed = "which modes are alive differs from scan to scan; use jink.IMM to smooth"
+    not_smoothed = "which modes are alive differs from scan to scan; smooth a jink.IMM of its modes"
 
     def _declare(
         self,

@@ -24,7 +24,7 @@ LEE_SD, LEE_ACCELERATION = 500.0, 100.0  # m, m/s²: sensor and largest input of
 def fuzzy_imm_(purpose: Purpose) -> Named:
     """The published rules of lee-2003, scaled to the sensor's sd and the kind's acceleration."""
     rules = [_scaled(table, purpose) for table in PUBLISHED["lee-2003"]]
-    filter = fuzzy_imm(purpose.seen, rules, outliers=purpose.outliers)
+    filter = fuzzy_imm(purpose.seen, rules, purpose.staying(0.97, len(rules)), outliers=purpose.outliers)
     return Named(
         filter=filter, words="IMM of three modes with the fuzzy noise of Lee, Joo & Park 2003, scaled"
     )
