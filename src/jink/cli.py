@@ -11,7 +11,8 @@ except ImportError:
     sys.exit('jink: the command line needs some more packages: pip install "jink[track]"')
 
 from . import options
-from .options import FLAG, AltitudeUnit, Kind, TimeUnit
+from . import options_track as tracking
+from .options import FLAG, Kind
 from .seeing import Seeing
 
 app = typer.Typer(
@@ -41,133 +42,28 @@ def root(
     """Track targets that manoeuvre."""
 
 
-OUT, IN, CLEAN = "What comes out", "What goes in", "Cleaning (every step is on unless said otherwise)"
-
-
 @app.command()
 def track(
-    inputs: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="INPUT...",
-            show_default=False,
-            help="Files or quoted patterns: CSV, Parquet, Arrow/Feather, JSON, JSON Lines, also .gz, .zst. "
-            "'-' reads JSON Lines from standard input and writes estimates as they come.",
-        ),
-    ],
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            rich_help_panel=OUT,
-            help="Tracks: .parquet .csv .jsonl .geojson .arrow",
-        ),
-    ] = None,
-    report: Annotated[
-        str | None, typer.Option(metavar="FILE", rich_help_panel=OUT, help="One HTML page to look at.")
-    ] = None,
-    json: Annotated[
-        bool,
-        typer.Option("--json", rich_help_panel=OUT, help="The summary as JSON on standard output.", **FLAG),
-    ] = False,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", "-q", rich_help_panel=OUT, help="No progress, no summary.", **FLAG)
-    ] = False,
-    smooth: Annotated[
-        bool,
-        typer.Option(
-            "--smooth", "-s", help="Use the whole track for every estimate, not only its past.", **FLAG
-        ),
-    ] = False,
-    kind: Annotated[
-        Kind,
-        typer.Option(
-            metavar="KIND",
-            help="aircraft, fighter, vessel, vehicle, drone or person: decides the default filter.",
-        ),
-    ] = Kind.aircraft,
-    filter_: Annotated[
-        str | None,
-        typer.Option(
-            "--filter",
-            metavar="NAME",
-            help="imm (default), cv, ca, singer, … (a wrong name lists all), or a file written by save().",
-        ),
-    ] = None,
-    sensor_sd: Annotated[
-        str | None,
-        typer.Option(
-            metavar="SD",
-            help="Measurement noise: 25 (metres), or position=25,altitude=10, or range=50,azimuth_deg=0.1. "
-            "Without: from ADS-B accuracy columns, or estimated from the data.",
-        ),
-    ] = None,
-    threads: Annotated[int | None, typer.Option(metavar="N", help="Default: all cores.")] = None,
-    columns: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="MAP",
-            rich_help_panel=IN,
-            help="Name columns yourself: target=hex,altitude_ft=alt,time_ms=t",
-        ),
-    ] = None,
-    altitude_unit: Annotated[
-        AltitudeUnit | None,
-        typer.Option(metavar="ft|m", rich_help_panel=IN, help="Where the column's name does not say."),
-    ] = None,
-    time_unit: Annotated[
-        TimeUnit | None,
-        typer.Option(
-            metavar="UNIT", rich_help_panel=IN, help="s, ms, us or ns, where size and name do not say."
-        ),
-    ] = None,
-    site: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LAT,LON",
-            rich_help_panel=IN,
-            help="Where the radar stands (also LAT,LON,ALTITUDE): puts x, y on the map.",
-        ),
-    ] = None,
-    gap: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS",
-            rich_help_panel=CLEAN,
-            help="So long without a position begins a new part; 0: never.",
-        ),
-    ] = None,
-    min_points: Annotated[
-        int,
-        typer.Option(metavar="N", rich_help_panel=CLEAN, help="Reject parts with fewer positions; 1: none."),
-    ] = 4,
-    no_sort: Annotated[
-        bool,
-        typer.Option(
-            "--no-sort", rich_help_panel=CLEAN, help="Reject rows out of order instead of sorting.", **FLAG
-        ),
-    ] = False,
-    keep_duplicates: Annotated[
-        bool,
-        typer.Option(
-            "--keep-duplicates", rich_help_panel=CLEAN, help="Keep rows whose time occurs twice.", **FLAG
-        ),
-    ] = False,
-    keep_stale: Annotated[
-        bool,
-        typer.Option(
-            "--keep-stale",
-            rich_help_panel=CLEAN,
-            help="Believe repeated positions of moving targets.",
-            **FLAG,
-        ),
-    ] = False,
-    no_check: Annotated[
-        bool,
-        typer.Option("--no-check", rich_help_panel=CLEAN, help="Believe impossible coordinates.", **FLAG),
-    ] = False,
+    inputs: tracking.Inputs,
+    output: tracking.Output = None,
+    report: tracking.Report = None,
+    json: tracking.Json = False,
+    quiet: tracking.Quiet = False,
+    smooth: tracking.Smooth = False,
+    kind: tracking.KindOfTarget = Kind.aircraft,
+    filter_: tracking.Filter = None,
+    sensor_sd: tracking.SensorSd = None,
+    threads: tracking.Threads = None,
+    columns: tracking.Columns = None,
+    altitude_unit: tracking.UnitOfAltitude = None,
+    time_unit: tracking.UnitOfTime = None,
+    site: tracking.Site = None,
+    gap: tracking.Gap = None,
+    min_points: tracking.MinPoints = 4,
+    no_sort: tracking.NoSort = False,
+    keep_duplicates: tracking.KeepDuplicates = False,
+    keep_stale: tracking.KeepStale = False,
+    no_check: tracking.NoCheck = False,
 ) -> None:
     """Tracks from position reports: clean, estimate the noise, filter or smooth, write estimates.
 
@@ -224,7 +120,7 @@ def simulate(
     bias: options.Bias = None,
     kind: options.Recorded = Kind.aircraft,
     json: Annotated[bool, typer.Option("--json", help="The summary as JSON.", **FLAG)] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No summary.", **FLAG)] = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Measurements and truth of a scenario, as one table that jink track and jink compare read as well."""
     from .simulate_command import SimulateRequest, run_simulate
@@ -255,9 +151,7 @@ def compare(
     ] = "",
     runs: options.Runs = 1000,
     seed: options.Seed = 0,
-    json: Annotated[
-        str | None, typer.Option("--json", metavar="FILE", help="All figures as JSON; - for standard output.")
-    ] = None,
+    json: options.JsonFile = None,
     report: Annotated[str | None, typer.Option(metavar="FILE", help="One HTML page to look at.")] = None,
     sensor: options.Sensor = None,
     interval: options.Interval = None,
@@ -266,11 +160,8 @@ def compare(
     outliers: options.Outliers = None,
     bias: options.Bias = None,
     kind: options.Recorded = Kind.aircraft,
-    columns: Annotated[
-        list[str] | None,
-        typer.Option(metavar="MAP", help="Of a file, name columns yourself: target=hex,time_ms=t"),
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No table.", **FLAG)] = False,
+    columns: options.Columns = None,
+    quiet: options.Quiet = False,
 ) -> None:
     """A fair race of filters: common random numbers, standard errors, no verdict without an interval."""
     from .compare_command import CompareRequest, run_compare
@@ -295,10 +186,8 @@ def reproduce(
     runs: Annotated[
         int | None, typer.Option(metavar="N", help="Monte Carlo runs; without: the paper's own number here.")
     ] = None,
-    seed: Annotated[int, typer.Option(metavar="S", help="The same seed gives the same numbers.")] = 0,
-    json: Annotated[
-        str | None, typer.Option("--json", metavar="FILE", help="All figures as JSON; - for standard output.")
-    ] = None,
+    seed: options.Seed = 0,
+    json: options.JsonFile = None,
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="One HTML page with the paper's figures redrawn.")
     ] = None,
@@ -307,7 +196,7 @@ def reproduce(
         bool,
         typer.Option("--retrain", help="Train the learned filters again, which takes a while.", **FLAG),
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No tables.", **FLAG)] = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """A paper's figures beside those measured here, with standard errors and the baselines that it left out."""
     from .reproduce_command import ReproduceRequest, run_reproduce
@@ -369,10 +258,7 @@ def fit(
     kind: Annotated[
         Kind, typer.Option(metavar="KIND", help="What a file's targets are, as for track.")
     ] = Kind.aircraft,
-    columns: Annotated[
-        list[str] | None,
-        typer.Option(metavar="MAP", help="Of a file, name columns yourself: target=hex,time_ms=t"),
-    ] = None,
+    columns: options.Columns = None,
     checkpoint: Annotated[
         str | None,
         typer.Option(
@@ -386,7 +272,7 @@ def fit(
         str | None, typer.Option(metavar="FILE", help="A page that shows held-out tracks before and after.")
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="All figures as JSON.", **FLAG)] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No table.", **FLAG)] = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """A filter learned from your own targets, with or without truth, checked on data it has not seen."""
     from .fit_command import FitRequest, run_fit

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from .exit_status import exit_status
 from .io.errors import InputError
 from .seeing import Seeing
 
@@ -35,20 +36,7 @@ def run_compare(request: CompareRequest) -> int:
 
     Interrupted with some runs finished, these are reported and marked partial.
     """
-    try:
-        return _run(request)
-    except ValueError as error:
-        return _failed(str(error), 2)
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("polars", "narwhals", "pyproj", "rich"):
-            raise
-        return _failed(f'{error.name} is missing; pip install "jink[track]" brings it', 1)
-    except MemoryError:
-        return _failed("not enough memory", 1)
-    except OSError as error:
-        return _failed(f"{error.strerror or error}: {error.filename or ''}", 1)
-    except KeyboardInterrupt:
-        return _failed("interrupted before any run was finished", 130)
+    return exit_status(lambda: _run(request), interrupted="interrupted before any run was finished")
 
 
 def _run(request: CompareRequest) -> int:
@@ -154,8 +142,3 @@ def _progress(request: CompareRequest) -> Any:
         sys.stderr.flush()
 
     return say
-
-
-def _failed(message: str, status: int) -> int:
-    sys.stderr.write(f"jink: {message}\n")
-    return status

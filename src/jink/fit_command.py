@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .exit_status import PACKAGES, exit_status
 from .io.errors import InputError
-
-OURS = ("polars", "narwhals", "pyproj", "rich")
 
 
 @dataclass(frozen=True)
@@ -45,21 +44,10 @@ def run_fit(request: FitRequest) -> int:
 
     Interrupted, the best parameters so far are checked and written, marked partial.
     """
-    try:
-        return _run(request)
-    except ModuleNotFoundError as error:
-        name = (error.name or "").partition(".")[0]
-        if name not in (*OURS, "scipy", "cma"):
-            raise
-        return _failed(f'{name} is missing; pip install "jink[fit]" brings it', 1)
-    except ValueError as error:
-        return _failed(str(error), 2)
-    except MemoryError:
-        return _failed("not enough memory", 1)
-    except OSError as error:
-        return _failed(f"{error.strerror or error}: {error.filename or ''}", 1)
-    except KeyboardInterrupt:
-        return _failed("interrupted before there was anything to keep", 130)
+    return exit_status(
+        lambda: _run(request), packages=(*PACKAGES, "scipy", "cma"), extra="fit",
+        interrupted="interrupted before there was anything to keep",
+    )  # fmt: skip
 
 
 def _run(request: FitRequest) -> int:
@@ -139,8 +127,3 @@ def _progress(request: FitRequest) -> Any:
         sys.stderr.flush()
 
     return say
-
-
-def _failed(message: str, status: int) -> int:
-    sys.stderr.write(f"jink: {message}\n")
-    return status

@@ -71,3 +71,11 @@ Bias = Annotated[
     str | None,
     typer.Option(metavar="B1,B2", rich_help_panel=SEEN, help="Added to every measurement: m, rad, m/s."),
 ]
+JsonFile = Annotated[
+    str | None, typer.Option("--json", metavar="FILE", help="All figures as JSON; - for standard output.")
+]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option(metavar="MAP", help="Of a file, name columns yourself: target=hex,time_ms=t"),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No tables, no progress.", **FLAG)]

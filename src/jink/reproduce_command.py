@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .exit_status import exit_status
 from .io.errors import InputError
 
 
@@ -32,18 +33,7 @@ def run_reproduce(request: ReproduceRequest) -> int:
 
     Interrupted with some runs finished, these are reported and marked partial.
     """
-    try:
-        return _run(request)
-    except ValueError as error:
-        return _failed(str(error), 2)
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("polars", "rich"):
-            raise
-        return _failed(f'{error.name} is missing; pip install "jink[track]" brings it', 1)
-    except OSError as error:
-        return _failed(f"{error.strerror or error}: {error.filename or ''}", 1)
-    except KeyboardInterrupt:
-        return _failed("interrupted before any run was finished", 130)
+    return exit_status(lambda: _run(request), interrupted="interrupted before any run was finished")
 
 
 def _run(request: ReproduceRequest) -> int:
@@ -124,8 +114,3 @@ def _progress(request: ReproduceRequest, paper: str) -> Iterator[Callable[[str, 
 
     yield say
     sys.stderr.write("\r\033[K")
-
-
-def _failed(message: str, status: int) -> int:
-    sys.stderr.write(f"jink: {message}\n")
-    return status

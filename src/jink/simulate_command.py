@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .exit_status import exit_status
 from .io.errors import InputError
 from .seeing import Seeing, in_words
 
@@ -31,18 +32,9 @@ class SimulateRequest:
 
 def run_simulate(request: SimulateRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable input or request."""
-    try:
-        return _run(request)
-    except ValueError as error:
-        return _failed(request, str(error), 2)
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("polars", "narwhals", "pyproj"):
-            raise
-        return _failed(request, f'{error.name} is missing; pip install "jink[track]" brings it', 1)
-    except MemoryError:
-        return _failed(request, "not enough memory; simulate fewer runs", 1)
-    except OSError as error:
-        return _failed(request, f"{error.strerror or error}: {error.filename or ''}", 1)
+    return exit_status(
+        lambda: _run(request), memory="not enough memory; simulate fewer runs", as_json=request.json
+    )
 
 
 def _run(request: SimulateRequest) -> int:
@@ -144,10 +136,3 @@ def _say(request: SimulateRequest, scenario: Any, rows: int, seconds: float) -> 
             f"{request.runs:,} runs, seed {request.seed}, {done['sensor']}\n"
             f"{rows:,} rows to {request.output} in {seconds:.1f} s\n"
         )
-
-
-def _failed(request: SimulateRequest, message: str, status: int) -> int:
-    if request.json:
-        sys.stdout.write(json.dumps({"error": message, "status": status}, ensure_ascii=False) + "\n")
-    sys.stderr.write(f"jink: {message}\n")
-    return status

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .exit_status import exit_status
 from .io.errors import InputError
 
 
@@ -43,22 +44,17 @@ class Request:
 
 def run_command(request: Request) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable input or request."""
-    try:
-        if "-" in request.inputs:
-            from .live_command import run_live
+    return exit_status(
+        lambda: _run(request), mistakes=InputError, memory="not enough memory; track fewer files at once", as_json=request.json
+    )  # fmt: skip
 
-            return run_live(request)
-        return _run_files(request)
-    except InputError as error:
-        return _failed(request, str(error), 2)
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("polars", "narwhals", "pyproj", "rich"):
-            raise
-        return _failed(request, f'{error.name} is missing; pip install "jink[track]" brings it', 1)
-    except MemoryError:
-        return _failed(request, "not enough memory; track fewer files at once", 1)
-    except OSError as error:
-        return _failed(request, f"{error.strerror or error}: {error.filename or ''}", 1)
+
+def _run(request: Request) -> int:
+    if "-" in request.inputs:
+        from .live_command import run_live
+
+        return run_live(request)
+    return _run_files(request)
 
 
 def parse_columns(given: list[str]) -> dict[str, str]:
@@ -214,10 +210,3 @@ def _progress(request: Request) -> Iterator[Any]:
 
         step("reading", 0, 1)
         yield step
-
-
-def _failed(request: Request, message: str, status: int) -> int:
-    if request.json:
-        sys.stdout.write(json.dumps({"error": message, "status": status}, ensure_ascii=False) + "\n")
-    sys.stderr.write(f"jink: {message}\n")
-    return status

@@ -1,21 +1,7 @@
 import numpy as np
 import pytest
 
-from jink.report.consistency import BINS, chi2_cdf, chi2_quantile, consistency
-
-
-@pytest.mark.parametrize("dof", [1, 2, 3, 4, 5, 6, 9, 12])
-def test_chi_square_against_scipy(dof):
-    stats = pytest.importorskip("scipy.stats")
-    for x in (1e-6, 0.1, 0.7, 1.0, 2.5, 7.0, 20.0, 60.0, 900.0):
-        assert chi2_cdf(x, dof) == pytest.approx(stats.chi2.cdf(x, dof), rel=1e-10, abs=1e-13)
-    for p in (0.025, 0.05, 0.5, 0.95, 0.975):
-        assert chi2_quantile(p, dof) == pytest.approx(stats.chi2.ppf(p, dof), rel=1e-10)
-
-
-def test_quantile_wants_a_probability():
-    with pytest.raises(ValueError, match=r"p = 1\.0.*between 0 and 1"):
-        chi2_quantile(1.0, 2)
+from jink.report.consistency import BINS, consistency
 
 
 def test_true_chi_square_is_consistent():

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ..papers.run import Outcome
 from ..papers.table import Sheet, measured, published, sheets
-from .shell import asset, escape, fill, version, write_page
+from .shell import escape, plain_page, version, write_page
 from .svg import drawn
 
 
@@ -26,13 +26,7 @@ def page(outcomes: Sequence[Outcome]) -> str:
         f'<p class="lede">{escape(names)} · jink {escape(version())}</p></div></header>'
     )
     body = head + contents + "".join(_paper(outcome) for outcome in outcomes)
-    return fill(
-        "plain.html",
-        title=escape(f"Reproduced: {names}"),
-        version=escape(version()),
-        style=asset("style.css") + asset("reproduce.css"),
-        body=body,
-    )
+    return plain_page(title=f"Reproduced: {names}", body=body, style="reproduce.css")
 
 
 def _paper(outcome: Outcome) -> str:

@@ -67,16 +67,22 @@ def version() -> str:
 
 def page(*, title: str, body: str, scripts: Sequence[str], meta: Mapping[str, Any], block: ArrayBlock) -> str:
     """The HTML text: body (HTML), scripts (assets, after the shared ones), meta (JSON-able) and arrays."""
-    return fill(
-        "shell.html",
-        title=escape(title),
-        version=escape(version()),
-        style=asset("style.css"),
-        body=body,
+    drawing = fill(
+        "drawing.html",
         meta=json_text({**meta, "arrays": block.manifest}),
         block=block.base64(),
         scripts="\n".join(asset(name) for name in (*_SHARED_SCRIPTS, *scripts)),
     )
+    return _shell(title, body, asset("style.css"), allowed="script-src 'unsafe-inline'; ", drawing=drawing)
+
+
+def plain_page(*, title: str, body: str, style: str) -> str:
+    """The same without scripts: body (HTML), style (an asset, after the shared one)."""
+    return _shell(title, body, asset("style.css") + asset(style), allowed="", drawing="")
+
+
+def _shell(title: str, body: str, style: str, **rest: str) -> str:
+    return fill("shell.html", title=escape(title), version=escape(version()), style=style, body=body, **rest)
 
 
 def write_page(path: str | os.PathLike[str], text: str) -> None:
