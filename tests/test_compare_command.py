@@ -90,7 +90,7 @@ def test_a_file_without_truth_is_scored_on_held_out_predictions(runs, tmp_path, 
     }  # fmt: skip
     verdict = body["comparisons"]["kalman-cv"]["raw"]["prediction_rmse"]["verdict"]
     assert verdict == "better" and body["skipped"]["clairvoyant"] == "needs the truth"
-    assert ("other parts" in body["about"]["kalman-cv"]["fitted_on_this_scenario"]) == (runs == 24)
+    assert ("other targets" in body["about"]["kalman-cv"]["fitted_on_this_scenario"]) == (runs == 24)
     assert "prediction m" in capsys.readouterr().out
 
 

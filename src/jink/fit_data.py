@@ -14,7 +14,7 @@ from .io.errors import InputError
 from .learn.gradient import Tracks
 from .named import Purpose
 from .race.entrants import Entrant
-from .race.recorded import Recording, prepared, purpose_of, race_on_file, split
+from .race.recorded import Recording, prepared, purpose_of, race_on_file, repeated, split
 from .race.result import Race
 from .race.simulated import FIRST, prepare, race
 from .race.source import drawn
@@ -146,20 +146,22 @@ def from_file(
     if true is not None:
         check_truth(true, components, recording)
     targets = group.rows["target"].to_numpy().astype(str)
+    still = repeated(recording.z, recording.offsets)[:, :2].all(axis=1)
     everything = Tracks(
         recording.time, recording.z, recording.offsets, recording.covariance, truth=true, components=components,
-        counts=recording.fitting, owner=targets[recording.offsets[:-1]],
+        counts=recording.fitting, new=~still, owner=targets[recording.offsets[:-1]],
     )  # fmt: skip
-    fitting = _fitting(everything, recording)
-    if np.nanmax(np.abs(fitting.z - fitting.z[:1]), initial=0.0) == 0.0:
+    measured = np.isfinite(recording.z[:, :2]).all(axis=1)
+    if measured.sum() - still.sum() <= len(everything):  # the first of every part repeats nothing
         raise InputError(f"{path}: the positions never change; there is nothing to fit")
+    fitting = _fitting(everything, recording)
 
     def check(entrants: Sequence[Entrant]) -> Race:
         return race_on_file(path, list(ALSO), kind=kind, columns=columns, seed=seed, guests=entrants)
 
     return Training(
         name=path,
-        words=f"{len(fitting)} parts of tracks, {fitting.rows:,} rows of {path}",
+        words=f"{len(np.unique(fitting.owner))} targets, {fitting.rows:,} rows of {path}",
         tracks=fitting,
         purpose=purpose,
         check=check,
@@ -180,7 +182,7 @@ def _fitting(tracks: Tracks, recording: Recording) -> Tracks:
     rows = np.concatenate([np.arange(first[b], first[b] + last[b] + 1) for b in kept])
     cut: dict[str, Any] = {
         name: None if getattr(tracks, name) is None else getattr(tracks, name)[rows]
-        for name in ("time", "z", "covariance", "truth", "counts")
+        for name in ("time", "z", "covariance", "truth", "counts", "new")
     }
     owner = None if tracks.owner is None else tracks.owner[kept]
     return Tracks(

@@ -21,8 +21,9 @@ FIGURES: tuple[Figure, ...] = ("likelihood", "prediction", "tracking")
 class Tracks:
     """Measurements of many tracks laid end to end, as ``filter`` takes them, and what is known about them.
 
-    truth (N, c) in the reported ``components``, NaN where unknown; counts (N,) rows that errors are counted in; owner (B,)
-    whose tracks are never parted (a target, a run); family (B,) from 0, of data whose errors are measured apart.
+    truth (N, c) in the reported ``components``, NaN where unknown; counts (N,) rows that errors are counted in; new (N,) rows
+    that likelihoods are counted in, those that do not repeat the measurement before; owner (B,) whose tracks are never
+    parted (a target, a run); family (B,) from 0, of data whose errors are measured apart.
     """
 
     time: Array
@@ -33,6 +34,7 @@ class Tracks:
     truth: Array | None = None
     components: tuple[str, ...] = ()
     counts: np.ndarray | None = None
+    new: np.ndarray | None = None
     owner: np.ndarray | None = None
     family: np.ndarray | None = None
 
@@ -61,7 +63,7 @@ class Tracks:
                 name: None if getattr(self, name) is None else getattr(self, name)[index] for name in names
             }
 
-        of_rows = cut(("time", "z", "covariance", "sensor", "truth", "counts"), rows)
+        of_rows = cut(("time", "z", "covariance", "sensor", "truth", "counts", "new"), rows)
         return replace(self, **of_rows, **cut(("owner", "family"), tracks), offsets=offsets)
 
 

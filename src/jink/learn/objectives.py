@@ -43,25 +43,31 @@ class Objective(Protocol):
 
 @dataclass(frozen=True)
 class Likelihood:
-    """−(1/n) Σ ln p(z), n the measured rows after the start of their track."""
+    """−(1/n) Σ ln p(z), n the measured rows after the start of their track, without those that only repeat (`Tracks.new`)."""
 
     name: str = "likelihood"
 
     def evaluate(self, parameters: Parameters, u: Array, tracks: Tracks) -> Evaluation:
-        value, slope = gradient(parameters.filter(u), parameters.tangents(u), tracks, "likelihood")
+        weight = None if tracks.new is None else tracks.new[:, None].astype(float)
+        filter, tangents = parameters.filter(u), parameters.tangents(u)
+        value, slope = gradient(filter, tangents, tracks, "likelihood", weight=weight)
         check_finite(value, slope, parameters)
         n = scored_rows(tracks)
         scores = _by_owner(-slope[:, :, 0].T / n, tracks)
         return Evaluation(-float(value.sum()) / n, scores.sum(axis=0), scores, n)
 
     def value(self, filter: Any, tracks: Tracks) -> float:
-        found = filter.filter(**tracks.keywords(), outputs=("log_likelihood",))
-        return -float(found.log_likelihood.sum()) / scored_rows(tracks)
+        if tracks.new is None:
+            found = filter.filter(**tracks.keywords(), outputs=("log_likelihood",))
+            return -float(found.log_likelihood.sum()) / scored_rows(tracks)
+        found = filter.filter(**tracks.keywords(), outputs=("log_likelihood_scan",))
+        return -float(np.nansum(found.log_likelihood_scan[tracks.new])) / scored_rows(tracks)
 
 
 def scored_rows(tracks: Tracks) -> float:
-    """Rows with a measurement, without the two that start each track; at least one."""
-    seen = np.r_[0, np.cumsum(np.isfinite(tracks.z).any(axis=1))][tracks.offsets]
+    """Rows with a (new) measurement, without the two that start each track; at least one."""
+    there = np.isfinite(tracks.z).any(axis=1)
+    seen = np.r_[0, np.cumsum(there if tracks.new is None else there & tracks.new)][tracks.offsets]
     return max(float(np.maximum(np.diff(seen) - TWO_POINT, 0).sum()), 1.0)
 
 

@@ -1,7 +1,9 @@
 """A race on recorded positions without truth: who predicts the next measurement best?
 
-Whole parts of tracks are set aside for fitting; with few parts it is the first half of each, and blocks of
-scans take the place of parts as the units that differences are paired over.
+Whole targets are set aside for fitting, or parts of their tracks if targets are few; with few of both it is the first
+half of each part, and blocks of scans take the place of targets as the units that differences are paired over. A position
+that repeats the one before exactly (a target at rest, reported again) is filtered, but neither fitted nor scored: it is
+no new measurement, and a density can be as high as it likes where nothing changes.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import numpy as np
 
 from ..arguments import Array
 from ..default_filter import sensor_of
-from ..io.cleaning import Cleaning, clean
+from ..io.cleaning import Cleaning, changes, clean
 from ..io.errors import InputError
 from ..io.loading import Reading, load_files
 from ..io.noise_level import noise_levels
@@ -41,7 +43,7 @@ METRICS = (
     "gated",
     "us_per_update",
 )
-FEW = 8  # parts below which time is split instead
+FEW = 8  # targets, or parts, below which time is split instead
 START = 3  # rows of a part before anything is scored
 BLOCK = 25  # scored rows that make a unit where parts are few
 TRUTHFUL = "needs the truth"
@@ -151,16 +153,21 @@ def prepared(
 
 
 def split(group: Placed, sensor: Any, covariance: Array | None, seed: int) -> Recording:
+    """Which rows are for fitting and which are scored."""
     offsets, n = group.offsets, len(group.time)
     of_part = np.cumsum(group.new) - 1
+    of_target = np.cumsum(changes(group.rows["target"])) - 1
     since = np.arange(n) - offsets[of_part]
-    parts = len(offsets) - 1
     ready = (since >= START) & np.isfinite(group.z[:, :2]).all(axis=1)
-    if parts >= FEW:
-        chosen = np.isin(of_part, np.random.default_rng(seed).permutation(parts)[: parts // 2])
+    ready &= ~repeated(group.z, offsets)[:, :2].all(axis=1)
+    for of, words in ((of_target, "targets"), (of_part, "parts")):
+        count = int(of[-1]) + 1
+        if count < FEW:
+            continue
+        chosen = np.isin(of, np.random.default_rng(seed).permutation(count)[: count // 2])
         return Recording(
-            group.time, group.z, offsets, covariance, sensor, chosen & ready, ~chosen & ready, of_part,
-            f"{parts // 2} other parts of this file", "parts",
+            group.time, group.z, offsets, covariance, sensor, chosen & ready, ~chosen & ready, of,
+            f"{count // 2} other {words} of this file", words,
         )  # fmt: skip
     early = since < np.diff(offsets)[of_part] / 2
     scored = ~early & ready
@@ -168,6 +175,19 @@ def split(group: Placed, sensor: Any, covariance: Array | None, seed: int) -> Re
         group.time, group.z, offsets, covariance, sensor, early & ready, scored, np.cumsum(scored) // BLOCK,
         "the first half of this file's tracks", f"blocks of {BLOCK} scans",
     )  # fmt: skip
+
+
+def repeated(z: Array, offsets: np.ndarray) -> np.ndarray:
+    """Which components (N, m) of measurements equal, to the last bit, the one measured before them in their part."""
+    rows = np.arange(len(z))
+    first = np.repeat(offsets[:-1], np.diff(offsets))
+    out = np.zeros(z.shape, bool)
+    for k in range(z.shape[1]):
+        there = np.isfinite(z[:, k])
+        latest = np.maximum.accumulate(np.where(there, rows, -1))
+        before = np.r_[-1, latest[:-1]]
+        out[:, k] = there & (before >= first) & (z[:, k] == z[np.maximum(before, 0), k])
+    return out
 
 
 def purpose_of(path: str, recording: Recording, kind: str) -> Purpose:
