@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .exit_status import PACKAGES, exit_status, failed
 from .io.errors import InputError
 
-OURS = ("polars", "narwhals", "pyproj", "rich", "scipy", "cma", "pymoo", "autograd")
 OPTIMISERS = ("ga", "cma", "together")
 SEARCHED = ("fuzzy-imm", "fuzzy-kalman")
 
@@ -51,23 +51,9 @@ def run_learn(request: LearnRequest) -> int:
 
     Interrupted, a search by populations is kept in its checkpoint, which --resume takes up.
     """
-    try:
-        return _run(request)
-    except ModuleNotFoundError as error:
-        name = (error.name or "").partition(".")[0]
-        if name not in OURS:
-            raise
-        return _failed(f'{name} is missing; pip install "jink[learn,track]" brings it', 1)
-    except ValueError as error:
-        return _failed(str(error), 2)
-    except MemoryError:
-        return _failed("not enough memory", 1)
-    except OSError as error:
-        return _failed(f"{error.strerror or error}: {error.filename or ''}", 1)
-    except KeyboardInterrupt:
-        kept = _kept(request)
-        after = "; --resume goes on from the checkpoint" if kept and _files(kept) else ""
-        return _failed(f"interrupted{after}", 130)
+    return exit_status(
+        lambda: _run(request), packages=(*PACKAGES, "scipy", "cma", "pymoo", "autograd"), extra="learn,track"
+    )
 
 
 def _run(request: LearnRequest) -> int:
@@ -82,12 +68,17 @@ def _run(request: LearnRequest) -> int:
             file.unlink()
     from .learning import learn
 
-    with _Progress(request) as progress:
-        learned = learn(
-            request.name, request.data, truth=request.truth, columns=parse_columns(list(request.columns)) or None,
-            kind=request.kind, runs=request.runs, check_runs=request.check_runs, seed=request.seed, base=request.base,
-            checkpoint=kept, progress=progress, **how,
-        )  # fmt: skip
+    try:
+        with _Progress(request) as progress:
+            learned = learn(
+                request.name, request.data, truth=request.truth, columns=parse_columns(list(request.columns)) or None,
+                kind=request.kind, runs=request.runs, check_runs=request.check_runs, seed=request.seed, base=request.base,
+                checkpoint=kept, progress=progress, **how,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        return failed(
+            "interrupted" + ("; --resume goes on from the checkpoint" if kept and _files(kept) else ""), 130
+        )
     if output:
         learned.save(output)
     if report:
@@ -199,8 +190,3 @@ class _Progress:
     def __exit__(self, *error: object) -> None:
         if self.wanted:
             self.bar.stop()
-
-
-def _failed(message: str, status: int) -> int:
-    sys.stderr.write(f"jink: {message}\n")
-    return status

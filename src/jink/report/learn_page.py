@@ -8,7 +8,7 @@ from ..learn_table import heading, rules
 from ..learning import LEARNED, Learned
 from ..race.table import COLUMNS, ordered, written
 from .learned_pictures import pictures
-from .shell import asset, escape, fill, version, write_page
+from .shell import escape, plain_page, version, write_page
 from .svg import drawn
 
 
@@ -25,11 +25,7 @@ def write_learn_report(learned: Learned, path: str | os.PathLike[str]) -> None:
         f'<div class="sheets">{_table(learned)}</div><ul>{said}</ul>{warned}'
         f'<h3>What was learned</h3><div class="drawings">{drawings}</div>{_rules(learned)}</section>'
     )
-    style = asset("style.css") + asset("reproduce.css")
-    write_page(
-        path,
-        fill("plain.html", title=escape(title), version=escape(version()), style=style, body=body),
-    )
+    write_page(path, plain_page(title=title, body=body, style="reproduce.css"))
 
 
 def _table(learned: Learned) -> str:
