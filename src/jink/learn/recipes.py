@@ -74,9 +74,9 @@ def fuzzy_modes(training: Runs, validation: Runs, how: How) -> IMM:
         motions = [_fuzzy(rules) for rules in found.modes]
         return IMM(motions, _sensor(training), found.transition, mode_probability=np.full(3, 1 / 3))
     inputs = how.inputs or tuple(share * how.acceleration for share in SHARES)
-    rules = [_identified(each, training, how, k) for k, each in enumerate(inputs)]
-    if len(rules) == 1:
+    if len(inputs) == 1:
         raise ValueError("inputs: an IMM has at least two modes; fuzzy-kalman has one")
+    rules = [_identified(each, training, how, k) for k, each in enumerate(inputs)]
     return fuzzy_imm(_sensor(training), rules, STAY)
 
 

@@ -37,7 +37,7 @@ AROUND = {
     "log_score": "ln p(truth)",
     "prediction_score": "ln p(next z)",
 }
-WIDE = 130  # columns of a terminal that shows everything
+WIDE = 150  # columns of a terminal that shows everything
 SHARES = ("nees_inside", "nis_inside", "lost", "gated", "noticed", "false_alarms")
 ONLY_WIDE = (
     "position_median",
