@@ -37,7 +37,7 @@ template <class T> class Propagate {
         if (all(dt == last_dt)) return;
         last_dt = dt;
         for (int j = 0; j < int(c.modes.size()); ++j)
-            prepare(j, dt, c.proposes() && j < c.count ? proposal.parameters(j) : c.modes[j].parameters.data());
+            prepare(j, dt, c.proposes() && j < c.count ? proposal.numbers.parameters(j) : c.modes[j].parameters.data());
         if (!c.proposes()) c.switching.over(dt, pi.data(), weights.data());
     }
     const T *coefficient(int j) const { return &coefficients[j * largest_coefficients]; }
@@ -116,7 +116,7 @@ template <class T> class Propagate {
     void take_up(TrackState<T> &s, T dt) {
         proposal.transition(s, dt, pi.data());
         for (int j = 0; j < c.count; ++j)
-            if (proposal.load(s, j)) prepare(j, dt, proposal.parameters(j));
+            if (proposal.numbers.load(s, j)) prepare(j, dt, proposal.numbers.parameters(j));
     }
 
     // prior = Pi' mu, and w_ij = Pi_ij mu_i / prior_j; GPB1 starts every mode from the combined estimate, w_ij = mu_i.
@@ -157,7 +157,7 @@ template <class T> class Propagate {
         if (!c.varying && !c.proposes()) return mode.kernels.predict(in, coefficient(j), input, out);
         const int axes = mode.shape.axes;
         T known[3];
-        const T *level = c.proposes() ? proposal.level(j) : mode.level.empty() ? nullptr : mode.level.data();
+        const T *level = c.proposes() ? proposal.numbers.level(j) : mode.level.empty() ? nullptr : mode.level.data();
         const Mode<T> *side = mode.around_side ? c.side() : nullptr;
         if (level || side) {
             for (int a = 0; a < axes; ++a) {

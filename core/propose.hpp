@@ -1,8 +1,6 @@
 // Propose: which modes of a set too large to run whole are alive in a scan.
 //
-// A track has a few slots. `alive` says which mode each slot was in the last scan, `next` which it will be; -1 is none. If all
-// modes of the set are of one motion model they differ in numbers only, and a slot takes on the numbers of its mode, lane by lane,
-// so that the cost is that of the slots; else every mode has a slot of its own, and those of no lane's choice are passed over.
+// A track has a few slots (slots.hpp). `alive` says which mode each slot was in the last scan, `next` which it will be; -1 is none.
 // From one scan to the next, sources are the modes alive before, targets those alive now (Li & Bar-Shalom, IEEE Trans. AC-41(4),
 // 1996): mode i stays with its own probability, and the rest goes to those it may change to that are alive, in proportion.
 //   digraph    the neighbours of the likeliest mode. Li & Bar-Shalom, 1996: digraph switching.
@@ -11,23 +9,20 @@
 //   dimension  constant velocity or constant acceleration, as a detector switches (variable_dimension.hpp).
 #pragma once
 
-#include "track.hpp"
+#include "slots.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
-template <class T> Mask<T> living(T place) { return place >= splat<T>(0.0); }
-
 template <class T> class Proposal {
   public:
-    explicit Proposal(const Composition<T> &composition) : c(composition), d(c.declared), slots(c.count), all(c.members()) {
+    explicit Proposal(const Composition<T> &composition)
+        : numbers(composition), c(composition), d(c.declared), slots(c.count), all(c.members()) {
         if (!c.proposes()) return;
-        own_slots = slots == all && d.propose.kind != Propose::grid;
         const T unknown = nan_of<T>();
-        taken.assign(slots, unknown), chosen.assign(slots, unknown), centre = seen_dt = unknown;
+        chosen.assign(slots, unknown), centre = seen_dt = unknown;
         seen_alive.assign(slots, unknown), seen_next.assign(slots, unknown);
-        if (!own_slots) tabulate();
         if (d.propose.kind != Propose::active) return;
-        reached.resize(all), candidates.resize(all);
+        reached.assign(all, -1.0), candidates.resize(all);
         for (int i = 0; i < all; ++i)
             for (int to : d.propose.neighbours[i]) {
                 const double row = d.transition[i * all + to];
@@ -37,28 +32,7 @@ template <class T> class Proposal {
             while (e < int(edges.size()) && edges[e].from < i) ++e;
     }
 
-    const T *parameters(int j) const { return own_slots ? c.modes[j].parameters.data() : &numbers[j * fields]; }
-    const T *level(int j) const {
-        if (own_slots) return c.modes[j].level.empty() ? nullptr : c.modes[j].level.data();
-        return fields > level_at ? &numbers[j * fields + level_at] : nullptr;
-    }
-
-    // Slot j takes on the numbers of its mode, in the lanes where that is another one than before; false if in none. Between two
-    // modes (a grid's points lie anywhere) in proportion.
-    bool load(const TrackState<T> &s, int j) {
-        if (own_slots) return false;
-        const Mask<T> stale = inverse(s.next[j] == taken[j]);
-        if (!any(stale)) return false;
-        taken[j] = s.next[j];
-        for (int l = 0; l < width<T>; ++l) {
-            const double at = lane(taken[j], l);
-            if (!lane(stale, l) || at < 0.0) continue;  // of a slot without a mode whatever was there
-            const int low = int(at), high = std::min(low + 1, all - 1);
-            const double above = at - low, *a = &table[low * fields], *b = &table[high * fields];
-            for (int k = 0; k < fields; ++k) set_lane(numbers[j * fields + k], l, a[k] + above * (b[k] - a[k]));
-        }
-        return true;
-    }
+    SlotNumbers<T> numbers;
 
     // Pi (slots x slots) over dt: from `alive` to `next`, in the lanes where it is not what it was. A continuous chain changes at
     // most once in a step.
@@ -109,29 +83,13 @@ template <class T> class Proposal {
     };
     const Composition<T> &c;
     const Declaration &d;
-    int slots, all, fields = 0, level_at = 0;
-    bool own_slots = true;
-    std::vector<double> table, reached;  // each mode's parameters, then its level; probability of each mode of the next scan
-    std::vector<T> numbers;              // the same of each slot
-    std::vector<T> taken, seen_alive, seen_next, chosen;
-    std::vector<Edge> edges;             // mode after mode,
-    std::vector<int> first_edge, candidates;
+    int slots, all;
+    std::vector<T> seen_alive, seen_next, chosen;
     T centre, seen_dt;
-
-    void tabulate() {
-        level_at = int(d.modes[0].parameters.size());
-        std::size_t levels = 0;
-        for (const auto &m : d.modes) levels = std::max(levels, m.level.size());
-        fields = level_at + int(levels);
-        table.assign(all * fields, 0.0);
-        numbers.assign(slots * fields, splat<T>(0.0));
-        for (int m = 0; m < all; ++m) {
-            std::copy(d.modes[m].parameters.begin(), d.modes[m].parameters.end(), &table[m * fields]);
-            std::copy(d.modes[m].level.begin(), d.modes[m].level.end(), &table[m * fields + level_at]);
-        }
-        for (int j = 0; j < slots; ++j)
-            for (int k = 0; k < fields; ++k) numbers[j * fields + k] = splat<T>(table[j * fields + k]);
-    }
+    std::vector<Edge> edges;      // of the active digraph, mode after mode,
+    std::vector<int> first_edge;  // where each mode's begin
+    std::vector<double> reached;  // probability of each mode in the next scan, -1 of those that none may change to
+    std::vector<int> candidates;  // the others
 
     // Row of source slot i in mode `from` (of a grid: in the role i), over dt.
     void row_of(const TrackState<T> &s, int l, int i, int from, double dt, double *row) const {
@@ -160,7 +118,7 @@ template <class T> class Proposal {
 
     void put(int l, const int *members, int count) {
         for (int j = 0; j < slots; ++j) set_lane(chosen[j], l, -1.0);
-        for (int k = 0; k < count; ++k) set_lane(chosen[own_slots ? members[k] : k], l, members[k]);
+        for (int k = 0; k < count; ++k) set_lane(chosen[numbers.own() ? members[k] : k], l, members[k]);
     }
 
     void neighbours_of_likeliest(const TrackState<T> &s) {
@@ -188,7 +146,7 @@ template <class T> class Proposal {
             const double p = std::max(lane(s.probability[i], l), 1e-300);
             for (int e = first_edge[from]; e < first_edge[from + 1]; ++e) {
                 const int to = edges[e].to;
-                if (reached[to] == 0.0) candidates[found++] = to;
+                if (reached[to] < 0.0) reached[to] = 0.0, candidates[found++] = to;
                 reached[to] += edges[e].share * p;
             }
         }
@@ -200,7 +158,7 @@ template <class T> class Proposal {
                 if (at < keep) best[at] = best[at - 1];
             if (at < keep) best[at] = candidates[k];
         }
-        for (int k = 0; k < found; ++k) reached[candidates[k]] = 0.0;
+        for (int k = 0; k < found; ++k) reached[candidates[k]] = -1.0;
         std::sort(best, best + keep);
         put(l, best, keep);
     }

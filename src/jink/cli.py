@@ -11,6 +11,8 @@ except ImportError:
     sys.exit('jink: the command line needs some more packages: pip install "jink[track]"')
 
 from . import options
+from . import options_fit as fitting
+from . import options_learn as learning
 from . import options_track as tracking
 from .options import FLAG, Kind
 from .seeing import Seeing
@@ -206,72 +208,25 @@ def reproduce(
 
 @app.command()
 def fit(
-    data: Annotated[
-        str,
-        typer.Argument(
-            metavar="FILE|SCENARIO",
-            show_default=False,
-            help="A file of recorded positions; or a scenario, or several of them with commas, whose truth is known.",
-        ),
-    ],
-    filter_: Annotated[
-        str,
-        typer.Option(
-            "--filter",
-            metavar="NAME",
-            help="Where the fit starts: a name (a wrong one lists all), or a file written by save().",
-        ),
-    ] = "imm",
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE", help="The fitted filter: .json for jink track --filter."
-        ),
-    ] = None,
-    objective: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="likelihood, prediction, tracking or normalised; without: tracking where there is truth, else likelihood.",
-        ),
-    ] = None,
-    truth: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMNS",
-            help="Truth in the file: px=true_x,vx=…, or the word true for the columns that jink simulate writes.",
-        ),
-    ] = None,
-    ahead: Annotated[int, typer.Option(metavar="SCANS", help="How far the prediction objective looks.")] = 1,
-    free: Annotated[
-        list[str] | None,
-        typer.Option(metavar="PATTERN", help="Fit these as well: 'sensor.*' (a wrong one lists all)."),
-    ] = None,
-    fix: Annotated[list[str] | None, typer.Option(metavar="PATTERN", help="Leave these as they are.")] = None,
-    minutes: Annotated[
-        float | None, typer.Option(metavar="M", help="Budget; the best so far is kept.")
-    ] = None,
-    runs: Annotated[int, typer.Option(metavar="N", help="Runs of a scenario to fit on.")] = 200,
-    check_runs: Annotated[int, typer.Option(metavar="N", help="Other runs of it to check on.")] = 500,
-    seed: Annotated[int, typer.Option(metavar="S", help="Of runs, splits and starts.")] = 0,
-    starts: Annotated[int, typer.Option(metavar="N", help="Places the search starts from.")] = 3,
-    kind: Annotated[
-        Kind, typer.Option(metavar="KIND", help="What a file's targets are, as for track.")
-    ] = Kind.aircraft,
+    data: fitting.Data,
+    filter_: fitting.Filter = "imm",
+    output: fitting.Output = None,
+    objective: fitting.Objective = None,
+    truth: fitting.Truth = None,
+    ahead: fitting.Ahead = 1,
+    free: fitting.Free = None,
+    fix: fitting.Fix = None,
+    minutes: fitting.Minutes = None,
+    runs: fitting.Runs = 200,
+    check_runs: options.CheckRuns = 500,
+    seed: fitting.Seed = 0,
+    starts: fitting.Starts = 3,
+    kind: options.Recorded = Kind.aircraft,
     columns: options.Columns = None,
-    checkpoint: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE", help="Where the search is kept while it runs; default: beside the output."
-        ),
-    ] = None,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Take up the search of the checkpoint.", **FLAG)
-    ] = False,
-    report: Annotated[
-        str | None, typer.Option(metavar="FILE", help="A page that shows held-out tracks before and after.")
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="All figures as JSON.", **FLAG)] = False,
+    checkpoint: fitting.Checkpoint = None,
+    resume: fitting.Resume = False,
+    report: fitting.Report = None,
+    json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> None:
     """A filter learned from your own targets, with or without truth, checked on data it has not seen."""
@@ -286,127 +241,32 @@ def fit(
     raise typer.Exit(run_fit(request))
 
 
-SEARCH, NETWORKS = "Searches for rules (fuzzy-imm, fuzzy-kalman)", "Aids and networks"
-
-
 @app.command()
 def learn(
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NAME",
-            show_default=False,
-            help="fuzzy-imm, fuzzy-kalman, anfis-kf, nn-kf, nnvsmm or nnvsmm-modes.",
-        ),
-    ],
-    data: Annotated[
-        str,
-        typer.Argument(
-            metavar="FILE|SCENARIO",
-            show_default=False,
-            help="A file of positions with their truth; or a scenario, or several of them with commas.",
-        ),
-    ],
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE", help="The learned filter: .json for jink track --filter."
-        ),
-    ] = None,
-    truth: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMNS",
-            help="Truth in the file: px=true_x,vx=…; without: the columns that jink simulate writes.",
-        ),
-    ] = None,
-    columns: Annotated[
-        list[str] | None,
-        typer.Option(metavar="MAP", help="Of a file, name columns yourself: target=hex,time_ms=t"),
-    ] = None,
-    kind: Annotated[
-        Kind | None,
-        typer.Option(
-            metavar="KIND", help="What the targets are; it says how hard they pull.", show_default=False
-        ),
-    ] = None,
-    acceleration: Annotated[
-        float | None, typer.Option(metavar="M/S²", help="How hard they pull, instead of the kind's.")
-    ] = None,
-    runs: Annotated[int, typer.Option(metavar="N", help="Runs of a scenario to learn on.")] = 200,
-    check_runs: Annotated[int, typer.Option(metavar="N", help="Other runs of it to check on.")] = 500,
-    seed: Annotated[int, typer.Option(metavar="S", help="The same seed learns the same filter.")] = 0,
-    optimizer: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            rich_help_panel=SEARCH,
-            help="ga, as published; cma; or together: all modes and their transition matrix at once.",
-        ),
-    ] = None,
-    generations: Annotated[
-        int | None, typer.Option(metavar="N", rich_help_panel=SEARCH, help="Default 100; together 250.")
-    ] = None,
-    population: Annotated[
-        int | None, typer.Option(metavar="N", rich_help_panel=SEARCH, help="Default 500; together 24.")
-    ] = None,
-    rules: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N", rich_help_panel=SEARCH, help="Per mode, at most 50 by default; together 2."
-        ),
-    ] = None,
-    weight: Annotated[
-        float | None,
-        typer.Option(
-            metavar="λ", rich_help_panel=SEARCH, help="Of the error against few rules; default 0.95."
-        ),
-    ] = None,
-    inputs: Annotated[
-        str | None,
-        typer.Option(
-            metavar="M/S²,…", help="Accelerations of the modes; default 1, 10 and 100 % of the kind's."
-        ),
-    ] = None,
-    base: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME|FILE",
-            rich_help_panel=NETWORKS,
-            help="The filter to be aided; default: constant acceleration, tuned.",
-        ),
-    ] = None,
-    epochs: Annotated[
-        int | None, typer.Option(metavar="N", rich_help_panel=NETWORKS, help="Epochs, or steps end to end.")
-    ] = None,
-    labels: Annotated[
-        bool,
-        typer.Option(
-            "--labels",
-            rich_help_panel=NETWORKS,
-            help="Learn which mode was best instead of the tracking error itself.",
-            **FLAG,
-        ),
-    ] = False,
-    checkpoint: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            rich_help_panel=SEARCH,
-            help="Where the search is kept while it runs; default: beside the output.",
-        ),
-    ] = None,
-    resume: Annotated[
-        bool,
-        typer.Option(
-            "--resume", rich_help_panel=SEARCH, help="Take up the search of the checkpoint.", **FLAG
-        ),
-    ] = False,
-    report: Annotated[
-        str | None, typer.Option(metavar="FILE", help="A page with figures, rules and their surfaces.")
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="All figures as JSON.", **FLAG)] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No table.", **FLAG)] = False,
+    name: learning.Name,
+    data: learning.Data,
+    output: learning.Output = None,
+    truth: learning.Truth = None,
+    columns: options.Columns = None,
+    kind: learning.KindOfTarget = None,
+    acceleration: learning.Acceleration = None,
+    runs: learning.Runs = 200,
+    check_runs: options.CheckRuns = 500,
+    seed: learning.Seed = 0,
+    optimizer: learning.Optimizer = None,
+    generations: learning.Generations = None,
+    population: learning.Population = None,
+    rules: learning.Rules = None,
+    weight: learning.Weight = None,
+    inputs: learning.Inputs = None,
+    base: learning.Base = None,
+    epochs: learning.Epochs = None,
+    labels: learning.Labels = False,
+    checkpoint: learning.Checkpoint = None,
+    resume: learning.Resume = False,
+    report: learning.Report = None,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Fuzzy rules, aids and networks learned from targets whose truth is known, checked on data they have not seen."""
     from .learn_command import LearnRequest, run_learn

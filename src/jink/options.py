@@ -79,3 +79,5 @@ Columns = Annotated[
     typer.Option(metavar="MAP", help="Of a file, name columns yourself: target=hex,time_ms=t"),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No tables, no progress.", **FLAG)]
+CheckRuns = Annotated[int, typer.Option(metavar="N", help="Other runs of it to check on.")]
+Json = Annotated[bool, typer.Option("--json", help="All figures as JSON.", **FLAG)]
