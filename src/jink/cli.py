@@ -215,13 +215,22 @@ def fit(
         ),
     ],
     filter_: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--filter",
             metavar="NAME",
-            help="Where the fit starts: a name (a wrong one lists all), or a file written by save().",
+            help="Where the fit starts: imm (default), another name (a wrong one lists all), or a file written by save(). "
+            "With --search: the candidates, with commas; default: all.",
         ),
-    ] = "imm",
+    ] = None,
+    search: Annotated[
+        bool,
+        typer.Option(
+            "--search",
+            help="Which filter fits these targets best? Fits 1–3 modes of many kinds in parallel, ranks them on held-out data.",
+            **FLAG,
+        ),
+    ] = False,
     output: Annotated[
         str | None,
         typer.Option(
@@ -278,7 +287,7 @@ def fit(
     from .fit_command import FitRequest, run_fit
 
     request = FitRequest(
-        data=data, output=output, filter=filter_, objective=objective, truth=truth, ahead=ahead, free=free or (),
+        data=data, output=output, filter=filter_, search=search, objective=objective, truth=truth, ahead=ahead, free=free or (),
         fix=fix or (), runs=runs, check_runs=check_runs, seed=seed, starts=starts, minutes=minutes,
         kind=kind.value, columns=columns or (), checkpoint=checkpoint, resume=resume, report=report, json=json,
         quiet=quiet,
