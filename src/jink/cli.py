@@ -209,7 +209,8 @@ def reproduce(
 @app.command()
 def fit(
     data: fitting.Data,
-    filter_: fitting.Filter = "imm",
+    filter_: fitting.Filter = None,
+    search: fitting.Search = False,
     output: fitting.Output = None,
     objective: fitting.Objective = None,
     truth: fitting.Truth = None,
@@ -233,7 +234,7 @@ def fit(
     from .fit_command import FitRequest, run_fit
 
     request = FitRequest(
-        data=data, output=output, filter=filter_, objective=objective, truth=truth, ahead=ahead, free=free or (),
+        data=data, output=output, filter=filter_, search=search, objective=objective, truth=truth, ahead=ahead, free=free or (),
         fix=fix or (), runs=runs, check_runs=check_runs, seed=seed, starts=starts, minutes=minutes,
         kind=kind.value, columns=columns or (), checkpoint=checkpoint, resume=resume, report=report, json=json,
         quiet=quiet,

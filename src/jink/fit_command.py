@@ -19,7 +19,8 @@ class FitRequest:
 
     data: str
     output: str | None = None
-    filter: str = "imm"
+    filter: str | None = None
+    search: bool = False
     objective: str | None = None
     truth: str | None = None
     ahead: int = 1
@@ -53,11 +54,13 @@ def run_fit(request: FitRequest) -> int:
 def _run(request: FitRequest) -> int:
     output, report = checked_outputs(request.output, request.report, request.data)
     options = _options(request)
+    if request.search:
+        return _search(request, options, output, report)
     from .fit import fit as fit_one
 
     checkpoint = request.checkpoint or (f"{request.output}.checkpoint" if request.output else None)
     fit = fit_one(
-        request.data, request.filter, free=_names(request.free), fixed=_names(request.fix), minutes=request.minutes,
+        request.data, request.filter or "imm", free=_names(request.free), fixed=_names(request.fix), minutes=request.minutes,
         checkpoint=checkpoint, resume=request.resume, starts=request.starts, progress=_progress(request), **options,
     )  # fmt: skip
     if checkpoint and not fit.partial and not request.checkpoint:
@@ -75,6 +78,37 @@ def _run(request: FitRequest) -> int:
 
         show(fit)
     return 130 if fit.partial and request.minutes is None else 0
+
+
+def _search(request: FitRequest, options: dict[str, Any], output: Path | None, report: Path | None) -> int:
+    """Candidates fitted in parallel; what is written is the best one."""
+    from .filters.bank import _threads
+    from .fit import chosen_objective, training_data
+    from .fit_search import search
+
+    for option, given in {"--checkpoint": request.checkpoint, "--resume": request.resume}.items():
+        if given:
+            raise InputError(f"{option}: a search begins anew; limit it with --minutes")
+    objective, ahead = options.pop("objective"), options.pop("ahead")
+    training = training_data(request.data, **options)
+    found = search(
+        training, chosen_objective(objective, training, ahead), names=_names([request.filter or ""]), minutes=request.minutes,
+        workers=_threads(None), seed=request.seed, free=_names(request.free), fixed=_names(request.fix),
+        progress=_progress(request, "{stage} of {stages} fitted; under way: {words}"),
+    )  # fmt: skip
+    if output:
+        found.fit.save(output)
+    if report:
+        from .report.fit_page import write_fit_report
+
+        write_fit_report(found.fit, report, found)
+    if request.json:
+        sys.stdout.write(json.dumps(found.as_dict(), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    elif not request.quiet:
+        from .fit_search_table import show
+
+        show(found)
+    return 130 if found.partial and request.minutes is None else 0
 
 
 def _options(request: FitRequest) -> dict[str, Any]:
@@ -118,12 +152,13 @@ def _names(given: Sequence[str]) -> list[str]:
     return [name.strip() for item in given for name in item.split(",") if name.strip()]
 
 
-def _progress(request: FitRequest) -> Any:
+def _progress(request: FitRequest, form: str = "{words} (batch {begun} of {stages})") -> Any:
     if request.quiet or request.json or not sys.stderr.isatty():
         return None
 
     def say(words: str, stage: int, stages: int) -> None:
-        sys.stderr.write(f"\r\033[K{words} (batch {stage + 1} of {stages})")
+        said = form.format(words=words, stage=stage, begun=stage + 1, stages=stages)
+        sys.stderr.write(f"\r\033[K{said}")
         sys.stderr.flush()
 
     return say

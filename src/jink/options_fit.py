@@ -17,11 +17,20 @@ Data = Annotated[
     ),
 ]
 Filter = Annotated[
-    str,
+    str | None,
     typer.Option(
         "--filter",
         metavar="NAME",
-        help="Where the fit starts: a name (a wrong one lists all), or a file written by save().",
+        help="Where the fit starts: imm (default), another name (a wrong one lists all), or a file written by save(). "
+        "With --search: the candidates, with commas; default: all.",
+    ),
+]
+Search = Annotated[
+    bool,
+    typer.Option(
+        "--search",
+        help="Which filter fits these targets best? Fits 1–3 modes of many kinds in parallel, ranks them on held-out data.",
+        **FLAG,
     ),
 ]
 Output = Annotated[

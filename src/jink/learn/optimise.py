@@ -37,13 +37,14 @@ class State:
 
 @dataclass(frozen=True)
 class Found:
-    """u (P,); the figure there on all training tracks, prior left out; whether the search was cut short."""
+    """u (P,); the figure there on all training tracks, prior left out; was the search cut short, and by Ctrl-C?"""
 
     u: Array
     value: float
     evaluations: int
     partial: bool
     seconds: float
+    interrupted: bool = False
 
 
 class OutOfTime(Exception):
@@ -71,19 +72,21 @@ class Search:
         """
         began, before = clock.perf_counter(), self.state.seconds
         batches = list(self.batches())
-        partial = False
+        partial = interrupted = False
         try:
             for stage in range(self.state.stage, len(batches)):
                 self._stage(batches[stage], stage, len(batches))
                 self.state.stage = stage + 1
                 self.state.seconds = before + clock.perf_counter() - began
                 self._kept(force=True)
-        except (KeyboardInterrupt, OutOfTime):
+        except OutOfTime:
             partial = True
+        except KeyboardInterrupt:
+            partial = interrupted = True
         u = np.array(self.state.u if self.state.u else self.parameters.start)
         value = self.objective.value(self.parameters.filter(u), self.tracks)
         seconds = before + clock.perf_counter() - began
-        return Found(u, value, self.state.evaluations, partial, seconds)
+        return Found(u, value, self.state.evaluations, partial, seconds, interrupted)
 
     def batches(self) -> Any:
         """Ever more owners' tracks, in one random order; the last batch is all."""

@@ -32,9 +32,9 @@ class Parameters:
     def __init__(self, filter: Any, *, free: Sequence[str] = (), fixed: Sequence[str] = ()) -> None:
         self.body = spelled_out(described(filter), len(filter.motions))
         found = list(each_part(self.body, mode_names(filter.motions)))
-        known = [name for part in found for name in part.names]
+        self.all_names = known = [name for part in found for name in part.names]
         for pattern in (*free, *fixed):
-            if not any(fnmatchcase(name, pattern) for name in known):
+            if not self.known(pattern):
                 raise ValueError(
                     f"{pattern!r} names no number of this filter; they are {', '.join(known) or 'none'}"
                 )
@@ -50,6 +50,10 @@ class Parameters:
 
     def __len__(self) -> int:
         return len(self.start)
+
+    def known(self, pattern: str) -> bool:
+        """Does a pattern name any number of this filter, fitted or not?"""
+        return any(fnmatchcase(name, pattern) for name in self.all_names)
 
     def described(self, u: Array) -> dict[str, Any]:
         """The description of the filter at u."""

@@ -7,6 +7,9 @@ import numpy as np
 
 from jink.arguments import Array
 from jink.fit_result import FITTED, START, Fit
+from jink.fit_search import Search
+from jink.fit_search_table import heading as heading_of_search
+from jink.fit_search_table import table as search_table
 from jink.fit_table import heading, interval, number, verdict
 from jink.report.arrays import ArrayBlock
 from jink.report.consistency import Consistency, consistency
@@ -17,8 +20,8 @@ SHOWN = 3  # tracks drawn in full: most gained, middle, most lost
 UPDATED = 1
 
 
-def write_fit_report(fit: Fit, path: str | os.PathLike[str]) -> None:
-    """Write one HTML file that needs no network, no script and no other file."""
+def write_fit_report(fit: Fit, path: str | os.PathLike[str], search: Search | None = None) -> None:
+    """Write one HTML file that needs no network, no script and no other file; with the search that the fit is the best of."""
     title = f"{fit.name}, fitted"
     before, after = (_Followed(f, fit) for f in (fit.start, fit.filter))
     gain = after.score - before.score
@@ -29,6 +32,7 @@ def write_fit_report(fit: Fit, path: str | os.PathLike[str]) -> None:
         f'<header class="masthead"><div class="names"><h1>{escape(title)}</h1>',
         *(f'<p class="lede">{escape(line)}</p>' for line in heading(fit).splitlines()),
         f"</div></header><main class='cards' style='columns: 420px'>{_verdict_card(fit)}",
+        *([] if search is None else [_card("Candidates", _candidates(search))]),
         _card("Parameters", _parameters(fit)),
         _card(
             "Held-out tracks: log-likelihood per plot, after − before", bars(gain[counted], "nats per plot")
@@ -127,6 +131,16 @@ def _parameters(fit: Fit) -> str:
         for r in fit.table()
     ]
     return _table(["SI units", "before", "after", "95% interval"], rows)
+
+
+def _candidates(search: Search) -> str:
+    head, rows = search_table(search)
+    rows = [[name.replace("+", " + "), *rest] for name, *rest in rows]
+    said = "".join(f"<p>{escape(line)}</p>" for line in search.explanation)
+    left = "".join(
+        f'<p class="note">Without {escape(name)}: {escape(why)}</p>' for name, why in search.left.items()
+    )
+    return f"{said}<p>{escape(heading_of_search(search))}</p>{_table(head, rows)}{left}"
 
 
 def _histogram(check: Consistency) -> str:
