@@ -2,6 +2,7 @@
 
     pip download --no-deps traffic==2.13
     python scripts/extract_flights.py traffic-2.13-py3-none-any.whl
+    python scripts/extract_flights.py traffic-2.13-py3-none-any.whl --all -o quickstart.parquet     # the whole collection, 213 flights
 
 Columns and values are the source's own (only renamed so that they carry their unit); rows are not cleaned:
 stale positions and gaps are part of the example. A clear turn: the course, taken from positions 10 s apart,
@@ -78,10 +79,11 @@ def main() -> None:
     parser.add_argument("source", type=Path, help="the wheel of traffic 2.13, or its quickstart.json.gz")
     parser.add_argument("-o", "--output", type=Path, default=Path("examples/flights.parquet"))
     parser.add_argument("-n", "--flights", type=int, default=25)
+    parser.add_argument("--all", action="store_true", help="every flight, not those with the most turns")
     given = parser.parse_args()
     table = read(given.source).sort("icao24", "time", maintain_order=True)
     turns = {name: clear_turns(flight) for (name,), flight in table.group_by(["icao24"], maintain_order=True)}
-    kept = sorted(turns, key=lambda name: (-turns[name], name))[: given.flights]
+    kept = sorted(turns, key=lambda name: (-turns[name], name))[: None if given.all else given.flights]
     flights = table.filter(pl.col("icao24").is_in(kept))
     buffer = io.BytesIO()
     flights.write_parquet(buffer, compression="zstd", compression_level=19)

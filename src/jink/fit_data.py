@@ -147,10 +147,9 @@ def from_file(
         check_truth(true, components, recording)
     targets = group.rows["target"].to_numpy().astype(str)
     still = np.asarray(repeated(recording.z, recording.offsets)[:, :2].all(axis=1))
-    owner = targets[recording.offsets[:-1]]
     everything = Tracks(
         recording.time, recording.z, recording.offsets, recording.covariance, truth=true, components=components,
-        counts=recording.fitting, new=~still, owner=owner,
+        counts=recording.fitting, new=np.logical_not(still), owner=targets[recording.offsets[:-1]],
     )  # fmt: skip
     measured = np.isfinite(recording.z[:, :2]).all(axis=1)
     if measured.sum() - still.sum() <= len(everything):  # the first of every part repeats nothing
@@ -162,7 +161,7 @@ def from_file(
 
     return Training(
         name=path,
-        words=f"{len(np.unique(np.asarray(fitting.owner)))} targets, {fitting.rows:,} rows of {path}",
+        words=f"{len(set(targets[recording.fitting]))} targets, {fitting.rows:,} rows of {path}",
         tracks=fitting,
         purpose=purpose,
         check=check,

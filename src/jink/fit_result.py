@@ -11,6 +11,7 @@ import numpy as np
 
 from .arguments import Array
 from .fit_data import Training
+from .fit_parts import PartShare, shares
 from .learn.gradient import Tracks, differentiable
 from .learn.objectives import NotFinite, Objective
 from .learn.optimise import FARTHEST, Found
@@ -23,6 +24,7 @@ FITTED, START = "fitted", "before"
 RIVALS = (START, "imm", "kalman-cv", "kalman-ca")
 VAGUE = 1.0  # sd of u: a factor of e either way
 FEW_ROWS, FEW_OWNERS = 50, 10  # per parameter; targets or runs
+TOLD = 200  # rows of a part from which its NIS says something
 BAND = (0.90, 0.98)  # the share of NIS inside its 95% band that passes for consistent
 # what a fit is judged by, the first of these that the race has; the rest is said as well
 JUDGED = {
@@ -36,7 +38,8 @@ JUDGED = {
 @dataclass(kw_only=True)
 class Fit:
     """filter: the fitted one; start: where it began, under its name; u, sd (P,) of the parameters' scales; figures of the
-    objective on the training data before and after; race on data held out; warnings; partial: cut short."""
+    objective on the training data before and after; race on data held out; parts: NIS by part of held-out tracks, before and
+    after; warnings; partial: cut short."""
 
     filter: Any
     start: Any
@@ -54,6 +57,7 @@ class Fit:
     evaluations: int
     seconds: float
     partial: bool
+    parts: dict[str, list[PartShare]] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
     @classmethod
@@ -83,6 +87,7 @@ class Fit:
                 "noise": "the sensor's" if tracks.covariance is None else "of each row",
             },
             evaluations=found.evaluations, seconds=found.seconds, partial=found.partial,
+            parts={START: shares(start, training.held_out), FITTED: shares(filter, training.held_out)},
         )  # fmt: skip
         fit.warnings = warnings_of(fit, training, tracks)
         return fit
@@ -142,7 +147,7 @@ class Fit:
             "training": self.training, "filter": self.name, "objective": self.objective, "before": self.before,
             "after": self.after, "parameters": self.table(), "gain": self.gain, "verdicts": self.verdicts(),
             "warnings": self.warnings, "partial": self.partial, "evaluations": self.evaluations, "seconds": self.seconds,
-            "held_out": self.race.as_dict(),
+            "held_out": self.race.as_dict(), "nis_by_part": {name: [s.as_dict() for s in found] for name, found in self.parts.items()},
         }  # fmt: skip
 
 
@@ -193,11 +198,25 @@ def warnings_of(fit: Fit, training: Training, tracks: Tracks) -> list[str]:
 
 
 def _consistency(fit: Fit) -> list[str]:
-    inside, mean = (fit.race.figure(FITTED, name).value for name in ("nis_inside", "nis"))
+    told = [s for s in fit.parts.get(FITTED, ()) if s.rows >= TOLD]
+    if not told:
+        inside, mean = (fit.race.figure(FITTED, name).value for name in ("nis_inside", "nis"))
+        return _believes("", inside, inside > BAND[1] or mean < 1.0)
+    return [
+        line
+        for s in told
+        for line in _believes(
+            f" of {s.part} parts", s.inside.value, s.inside.value > BAND[1] or s.below > s.above
+        )
+    ]
+
+
+def _believes(where: str, inside: float, too_little: bool) -> list[str]:
+    """A warning where the share of NIS inside its band is not what it should be."""
     if not math.isfinite(inside) or BAND[0] <= inside <= BAND[1]:
         return []
-    words = f"{100 * inside:.1f}% of the held-out NIS lie inside their 95% band"
-    if inside > BAND[1] or mean < 1.0:
+    words = f"{100 * inside:.1f}% of the held-out NIS{where} lie inside their 95% band"
+    if too_little:
         return [
             f"under-confident: {words}, most of the others below; errors are smaller than the filter believes"
         ]

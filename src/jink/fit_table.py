@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from .fit_result import Fit
+from .fit_result import FITTED, START, Fit
+from .metrics import Figure
 from .race.table import show as show_race
+
+LONG = 42  # letters of a parameter's name that fit beside its figures in 80 columns
 
 
 def show(fit: Fit) -> None:
@@ -22,12 +26,24 @@ def show(fit: Fit) -> None:
         table.add_column(column, justify="right", no_wrap=True)
     for row in fit.table():
         table.add_row(
-            row["parameter"], number(row["before"]), number(row["after"]), interval(row["low"], row["high"])
+            broken(row["parameter"]),
+            number(row["before"]),
+            number(row["after"]),
+            interval(row["low"], row["high"]),
         )
     console.print(table)
     console.print()
     show_race(fit.race)
     console.print()
+    if parts := part_rows(fit):
+        table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold", pad_edge=False)
+        table.add_column("NIS inside its 95% band")
+        for column in ("rows", "before", "fitted"):
+            table.add_column(column, justify="right", no_wrap=True)
+        for row in parts:
+            table.add_row(*row)
+        console.print(table)
+        console.print()
     console.print(Text(verdict(fit), style="bold"))
     for line in fit.verdicts():
         console.print(Text(f"  {line}"))
@@ -43,9 +59,34 @@ def heading(fit: Fit) -> str:
     )
 
 
+def part_rows(fit: Fit) -> list[list[str]]:
+    """For each part of held-out tracks: its name, rows, and the share of NIS inside the band before and after."""
+    before, after = ({s.part: s for s in fit.parts.get(name, ())} for name in (START, FITTED))
+    return [
+        [
+            name,
+            f"{s.rows:,}",
+            *(share(each[name].inside) if name in each else "–" for each in (before, after)),
+        ]
+        for name, s in after.items()
+    ]
+
+
+def share(figure: Figure) -> str:
+    """In percent, with its standard error."""
+    error = f" ±{100 * figure.se:.1f}" if math.isfinite(figure.se) else ""
+    return f"{100 * figure.value:.1f}{error} %"
+
+
 def verdict(fit: Fit) -> str:
     """One sentence."""
     return "On held-out data: a gain." if fit.gain else "On held-out data: no gain."
+
+
+def broken(name: str) -> str:
+    """A long name on two lines, parted at its last dot."""
+    first, dot, last = name.rpartition(".")
+    return f"{first}\n  {dot}{last}" if len(name) > LONG and dot else name
 
 
 def number(value: Any) -> str:

@@ -21,15 +21,17 @@ class Line:
 
 
 def lines(time: Array, drawn: list[Line], title: str, top: float | None = None) -> str:
-    """Lines over time from zero to the largest value (without the largest hundredth), with their names above."""
+    """Lines over time from zero (or the smallest value, if below) to the largest (without the largest hundredth), named above."""
     every = np.concatenate([line.values for line in drawn])
     every = every[np.isfinite(every)]
     high = top or (1.15 * float(np.quantile(every, 0.99)) if every.size else 1.0) or 1.0
+    low = min(0.0, float(every.min())) if every.size else 0.0
     first, last = float(time[0]), max(float(time[-1]), float(time[0]) + 1e-9)
-    parts = [_frame(high, first, last), _names(drawn, title)]
+    parts = [_frame(low, high, first, last), _names(drawn, title)]
     for line in drawn:
         points = " ".join(
-            f"{_x(t, first, last):.1f},{_y(min(v, high), high):.1f}" for t, v in _thinned(time, line.values)
+            f"{_x(t, first, last):.1f},{_y(min(v, high), low, high):.1f}"
+            for t, v in _thinned(time, line.values)
         )
         style = f"fill:none;stroke:var(--{line.colour});stroke-width:1.2"
         parts.append(f'<polyline points="{points}" style="{style}"/>')
@@ -77,16 +79,16 @@ def _x(t: float, first: float, last: float) -> float:
     return LEFT + (WIDTH - LEFT - 2) * (t - first) / (last - first)
 
 
-def _y(value: float, high: float) -> float:
-    return HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * value / high
+def _y(value: float, low: float, high: float) -> float:
+    return HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * (value - low) / ((high - low) or 1.0)
 
 
-def _frame(high: float, first: float, last: float) -> str:
-    base = HEIGHT - BOTTOM
+def _frame(low: float, high: float, first: float, last: float) -> str:
+    base, zero = HEIGHT - BOTTOM, _y(0.0, low, high)
     return (
-        f'<line x1="{LEFT}" x2="{WIDTH}" y1="{base}" y2="{base}" style="stroke:var(--line)"/>'
+        f'<line x1="{LEFT}" x2="{WIDTH}" y1="{zero:.1f}" y2="{zero:.1f}" style="stroke:var(--line)"/>'
         + _text(0, TOP + 6, _short(high))
-        + _text(0, base, "0")
+        + _text(0, base, _short(low))
         + _text(LEFT, HEIGHT - 4, f"{first:.0f} s")
         + _text(WIDTH, HEIGHT - 4, f"{last:.0f} s", "end")
     )

@@ -6,18 +6,24 @@ from collections.abc import Sequence
 import numpy as np
 
 from jink.arguments import Array
+from jink.fit_parts import innovations, measures_positions
 from jink.fit_result import FITTED, START, Fit
 from jink.fit_search import Search
 from jink.fit_search_table import heading as heading_of_search
 from jink.fit_search_table import table as search_table
-from jink.fit_table import heading, interval, number, verdict
+from jink.fit_table import heading, interval, number, part_rows, verdict
 from jink.report.arrays import ArrayBlock
 from jink.report.consistency import Consistency, consistency
 from jink.report.fit_charts import Line, bars, lines
 from jink.report.shell import escape, page, write_page
 
 SHOWN = 3  # tracks drawn in full: most gained, middle, most lost
+AROUND = 31  # rows that innovations are averaged over
 UPDATED = 1
+PARTS = (
+    "<p>Share of held-out NIS inside its 95 % band, ± standard error over targets; 90 to 98 % is as it should be. Parts are told "
+    "by the positions around each row, readings that only repeat are left out.</p>"
+)
 
 
 def write_fit_report(fit: Fit, path: str | os.PathLike[str], search: Search | None = None) -> None:
@@ -33,6 +39,11 @@ def write_fit_report(fit: Fit, path: str | os.PathLike[str], search: Search | No
         *(f'<p class="lede">{escape(line)}</p>' for line in heading(fit).splitlines()),
         f"</div></header><main class='cards' style='columns: 420px'>{_verdict_card(fit)}",
         *([] if search is None else [_card("Candidates", _candidates(search))]),
+    ]
+    if rows := part_rows(fit):
+        table = _table(["NIS inside", "rows", "before", "after"], rows)
+        body.append(_card("Consistency by part of the tracks", PARTS + table))
+    body += [
         _card("Parameters", _parameters(fit)),
         _card(
             "Held-out tracks: log-likelihood per plot, after − before", bars(gain[counted], "nats per plot")
@@ -64,10 +75,16 @@ class _Followed:
             self.score = (
                 np.bincount(owner, np.where(scored, est.log_likelihood_scan, 0.0), len(tracks)) / count
             )
-        self.check = consistency(owner, len(tracks), est.nis, est.nis_dof, est.status == UPDATED)
+        nis, dof, status = est.nis, est.nis_dof, est.status
+        if measures_positions(filter):
+            nis, dof = innovations(filter, tracks)
+            status = np.where(dof > 0, UPDATED, 0)
+        self.check = consistency(owner, len(tracks), nis, dof, (status == UPDATED) & scored)
         self.manoeuvring = 1.0 - est.mode_probability[:, 0]
         self.error = _errors(est, tracks.truth, tracks.components) if tracks.truth is not None else None
-        self.nis = np.sqrt(est.nis / np.maximum(est.nis_dof, 1))
+        believed = scored & (est.status == UPDATED)  # what is gated is not believed
+        self.ratio = np.where(believed, nis / np.maximum(dof, 1), np.nan)
+        self.density = np.where(scored, est.log_likelihood_scan, 0.0)
 
     def rows(self, b: int) -> slice:
         return slice(int(self.tracks.offsets[b]), int(self.tracks.offsets[b + 1]))
@@ -80,15 +97,20 @@ def _errors(est: object, truth: Array, components: Sequence[str]) -> Array:
 
 
 def _track(before: _Followed, after: _Followed, b: int) -> str:
-    """The error (or the normalised innovation) and the probability of manoeuvring along one track."""
+    """The error (or the innovations over their sd) and the probability of manoeuvring along one track."""
     rows = before.rows(b)
     time = before.tracks.time[rows]
     if before.error is not None and after.error is not None:
         upper = [Line("before", before.error[rows], "second"), Line("after", after.error[rows], "accent")]
         drawn = lines(time, upper, "position error, m")
     else:
-        upper = [Line("before", before.nis[rows], "second"), Line("after", after.nis[rows], "accent")]
-        drawn = lines(time, upper, "innovation / its sd")
+        upper = [
+            Line("before", _smooth(before.ratio[rows]), "second"),
+            Line("after", _smooth(after.ratio[rows]), "accent"),
+        ]
+        drawn = lines(time, upper, f"innovations over their sd (rms of {AROUND} rows; 1: as believed)")
+        gained = np.cumsum(after.density[rows] - before.density[rows])
+        drawn += lines(time, [Line("after − before", gained, "accent")], "log-likelihood gained so far")
     if len(before.modes) > 1:
         lower = [
             Line("before", before.manoeuvring[rows], "second"),
@@ -96,6 +118,16 @@ def _track(before: _Followed, after: _Followed, b: int) -> str:
         ]
         drawn += lines(time, lower, "probability of manoeuvring", top=1.0)
     return drawn
+
+
+def _smooth(ratio: Array) -> Array:
+    """Root of the mean of NIS / components over the rows around each."""
+    there = np.isfinite(ratio)
+    kernel = np.ones(min(AROUND, len(ratio)))
+    total, count = (
+        np.convolve(a, kernel, "same") for a in (np.where(there, ratio, 0.0), there.astype(float))
+    )
+    return np.where(count > 0, np.sqrt(total / np.maximum(count, 1.0)), np.nan)
 
 
 def _name(fit: Fit, b: int, place: int, shown: int) -> str:
@@ -155,7 +187,13 @@ def _histogram(check: Consistency) -> str:
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     top = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
-    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    whole = ' style="white-space:nowrap"'
+    body = "".join(
+        "<tr>"
+        + "".join(f"<td{whole if k else ''}>{escape(cell)}</td>" for k, cell in enumerate(row))
+        + "</tr>"
+        for row in rows
+    )
     return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
 
 
