@@ -83,7 +83,7 @@ template <class T> class Live {
         TrackState<T> copy = s;
         step.ahead(copy, select<T>(s.started, to - s.time, splat<T>(0.0)), nullptr, nullptr);
         step.ahead.merge_pairs();
-        out.time = to, out.arena = step.ahead.predicted, out.probability = step.ahead.prior, out.alive = s.next, out.started = s.started;
+        out.time = to, out.arena = step.ahead.predicted, out.probability = step.ahead.prior, out.alive = copy.next, out.started = s.started;
         out.correction.clear();
         out.outcome.measured = out.outcome.scored = out.outcome.gated = out.outcome.restarted = out.outcome.initialised = splat_mask<T>(false);
         out.outcome.log_likelihood = splat<T>(0.0), out.outcome.nis = nan_of<T>(), out.outcome.dof = splat<T>(0.0);

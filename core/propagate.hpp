@@ -114,6 +114,7 @@ template <class T> class Propagate {
 
     // The slots' modes of this scan and how they follow from those of the last.
     void take_up(TrackState<T> &s, T dt) {
+        proposal.choose_after(s, dt);
         proposal.transition(s, dt, pi.data());
         for (int j = 0; j < c.count; ++j)
             if (proposal.numbers.load(s, j)) prepare(j, dt, proposal.numbers.parameters(j));

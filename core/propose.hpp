@@ -22,11 +22,11 @@ template <class T> class Proposal {
         chosen.assign(slots, unknown), centre = seen_dt = unknown;
         seen_alive.assign(slots, unknown), seen_next.assign(slots, unknown);
         if (d.propose.kind != Propose::active) return;
-        reached.assign(all, -1.0), candidates.resize(all);
+        reached.assign(all, -1.0), leaving.assign(all, 0.0), candidates.resize(all);
         for (int i = 0; i < all; ++i)
             for (int to : d.propose.neighbours[i]) {
-                const double row = d.transition[i * all + to];
-                edges.push_back({i, to, std::max(d.continuous && to == i ? 1.0 + row : row, 1e-300)});
+                if (to != i) edges.push_back({i, to, d.transition[i * all + to]});
+                if (to != i) leaving[i] += edges.back().share;
             }
         for (int i = 0, e = 0; i <= all; first_edge.push_back(e), ++i)
             while (e < int(edges.size()) && edges[e].from < i) ++e;
@@ -51,14 +51,20 @@ template <class T> class Proposal {
             }
     }
 
-    // After a scan: `alive` is what was run, `next` what will be.
+    // After a scan: `alive` is what was run, `next` what will be, where that does not depend on when.
     void choose(TrackState<T> &s, Mask<T> which) {
         for (int j = 0; j < slots; ++j) s.alive[j] = select<T>(which, s.next[j], s.alive[j]);
         if (d.propose.kind == Propose::grid) return regrid(s, which);
-        if (d.propose.kind == Propose::digraph) neighbours_of_likeliest(s);
-        for (int l = 0; l < width<T> && d.propose.kind == Propose::active; ++l)
-            if (lane(which, l)) likeliest(s, l);
+        if (d.propose.kind != Propose::digraph) return;
+        neighbours_of_likeliest(s);
         for (int j = 0; j < slots; ++j) s.next[j] = select<T>(which, chosen[j], s.next[j]);
+    }
+
+    // Before a scan, when the elapsed time is known.
+    void choose_after(TrackState<T> &s, T dt) {
+        if (d.propose.kind != Propose::active) return;
+        for (int l = 0; l < width<T>; ++l) likeliest(s, l, lane(dt, l));
+        s.next = chosen;
     }
 
     // Probabilities of all modes of the set, from those of the slots.
@@ -79,15 +85,16 @@ template <class T> class Proposal {
     static constexpr int largest_set = 64;  // slots
     struct Edge {
         int from, to;
-        double share;  // of a step's transition
+        double share;  // of the declared transition
     };
     const Composition<T> &c;
     const Declaration &d;
     int slots, all;
     std::vector<T> seen_alive, seen_next, chosen;
     T centre, seen_dt;
-    std::vector<Edge> edges;      // of the active digraph, mode after mode,
+    std::vector<Edge> edges;      // of the active digraph, to other modes, mode after mode,
     std::vector<int> first_edge;  // where each mode's begin
+    std::vector<double> leaving;  // of each mode: the shares of its edges together
     std::vector<double> reached;  // probability of each mode in the next scan, -1 of those that none may change to
     std::vector<int> candidates;  // the others
 
@@ -96,8 +103,7 @@ template <class T> class Proposal {
         const bool grid = d.propose.kind == Propose::grid;
         const int m = grid ? slots : all, origin = grid ? i : from;
         const double *declared = &d.transition[origin * m];
-        double stay = dt > 0.0 ? declared[origin] : 1.0, total = 0.0;
-        if (d.continuous) stay = dt > 0.0 ? std::exp(declared[origin] * dt) : 1.0;
+        double stay = staying(declared[origin], dt), total = 0.0;
         int itself = -1, alive_now = 0;
         for (int j = 0; j < slots; ++j) {
             const int to = grid ? j : int(lane(s.next[j], l));
@@ -114,6 +120,12 @@ template <class T> class Proposal {
             else if (total > 0.0) row[j] *= (1.0 - stay) / total;
             else if (itself < 0 && to >= 0) row[j] = 1.0 / alive_now;
         }
+    }
+
+    // From a diagonal element of the transition, or of its generator.
+    double staying(double element, double dt) const {
+        if (dt <= 0.0) return 1.0;
+        return d.continuous ? std::exp(element * dt) : element;
     }
 
     void put(int l, const int *members, int count) {
@@ -138,17 +150,20 @@ template <class T> class Proposal {
     }
 
     // numbers[0]: how many
-    void likeliest(const TrackState<T> &s, int l) {
+    void likeliest(const TrackState<T> &s, int l, double dt) {
         int found = 0, kept = 0, best[largest_set];
+        const auto reach = [&](int to, double share) {
+            if (reached[to] < 0.0) reached[to] = 0.0, candidates[found++] = to;
+            reached[to] += share;
+        };
         for (int i = 0; i < slots; ++i) {
             const int from = int(lane(s.alive[i], l));
             if (from < 0) continue;
-            const double p = std::max(lane(s.probability[i], l), 1e-300);
-            for (int e = first_edge[from]; e < first_edge[from + 1]; ++e) {
-                const int to = edges[e].to;
-                if (reached[to] < 0.0) reached[to] = 0.0, candidates[found++] = to;
-                reached[to] += edges[e].share * p;
-            }
+            const double p = std::max(lane(s.probability[i], l), 1e-300), stay = staying(d.transition[from * all + from], dt);
+            double over = dt > 0.0 ? 1.0 : 0.0;
+            if (d.continuous) over = leaving[from] > 0.0 ? (1.0 - stay) / leaving[from] : 0.0;
+            reach(from, stay * p);
+            for (int e = first_edge[from]; e < first_edge[from + 1]; ++e) reach(edges[e].to, over * edges[e].share * p);
         }
         const int keep = std::min(found, int(d.propose.numbers[0]));
         const auto before = [&](int a, int b) { return reached[a] != reached[b] ? reached[a] > reached[b] : a < b; };

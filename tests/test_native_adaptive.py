@@ -18,6 +18,7 @@ from oracle.variable_structure import (
     graph_transition,
     most_probable,
     neighbours,
+    one_change,
     switched,
     variable_structure,
 )
@@ -282,6 +283,28 @@ def test_variable_structure_over_noise_levels(method, axes):
     likeliest = want.mu[:, 2:].argmax(axis=-1)
     assert len(np.unique(likeliest)) >= 5  # the sets did move
     assert ((got[2] > 0).sum(axis=-1)[:, 1:] <= 3).all()
+
+
+@pytest.mark.parametrize("method", ["ds", "ad"])
+def test_variable_structure_in_continuous_time(method):
+    """Which modes are likeliest next depends on how long it is until then."""
+    time, z = reports(2)
+    time = np.cumsum(np.where(np.arange(len(time)) % 7 == 3, 20.0, 1.0) * np.diff(time, prepend=0.0))
+    M, sds = 9, np.geomspace(0.3, 30.0, 9)
+    native = [jink.ConstantVelocity(acceleration_sd=sd) for sd in sds]
+    oracle = [om.ConstantVelocity(2, acceleration_sd=sd) for sd in sds]
+    graph = neighbours(M, 2)
+    chain = jink.Sojourn(seconds=np.linspace(3.0, 15.0, M).tolist(), to=graph_transition(graph, 0.0))
+    kind, propose = {
+        "ds": (jink.DigraphSwitching, partial(switched, graph)),
+        "ad": (partial(jink.ActiveDigraph, alive=4), partial(most_probable, 4)),
+    }[method]
+    got = run(kind(native, position(2), chain, first_mode=4), time, z)
+    over = one_change(chain.generator(M))
+    want = variable_structure(oracle, time, z, R(2), over, got[2][0, 1], propose)
+    assert_close(got, want.x, want.P, want.mu, tolerance=1e-8)  # ill-conditioned after steps of half a minute
+    as_if_a_second = variable_structure(oracle, time, z, R(2), over(1.0), got[2][0, 1], propose)
+    assert np.abs(as_if_a_second.mu - want.mu)[:, 2:].max() > 0.1
 
 
 @pytest.mark.parametrize("reach", [1, 2])

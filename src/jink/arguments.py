@@ -10,12 +10,25 @@ Array = NDArray[np.float64]
 PerAxis = float | Sequence[float]
 
 
+def numbers(name: str, value: ArrayLike, what: str = "numbers") -> Array:
+    """An array of floats."""
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"{name}: expected {what}, got {_short(value)}") from None
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
 def positive(name: str, value: float, *, zero: bool = False) -> float:
     """A finite number above zero (or at least zero)."""
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name}: expected a number, got {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"{name}: expected a number, got {_short(value)}") from None
     if not np.isfinite(number) or number < 0 or (number == 0 and not zero):
         raise ValueError(
             f"{name}: expected a {'non-negative' if zero else 'positive'} number, got {number:g}"
@@ -23,9 +36,23 @@ def positive(name: str, value: float, *, zero: bool = False) -> float:
     return number
 
 
+def whole(name: str, value: float, least: int, most: int, of: str = "") -> int:
+    """A whole number from least to most; ``of`` says what of."""
+    if not isinstance(value, int | float) or not least <= value <= most or int(value) != value:
+        raise ValueError(f"{name}: expected a whole number{of} from {least} to {most}, got {_short(value)}")
+    return int(value)
+
+
+def probability(name: str, value: float) -> float:
+    """A number between 0 and 1, neither of them."""
+    if not isinstance(value, int | float) or not 0 < value < 1:
+        raise ValueError(f"{name}: expected a probability between 0 and 1, got {_short(value)}")
+    return float(value)
+
+
 def per_axis(name: str, value: PerAxis, axes: int, *, zero: bool = False) -> list[float]:
     """One number for all axes, or one for each."""
-    values = np.atleast_1d(np.asarray(value, dtype=float))
+    values = np.atleast_1d(numbers(name, value))
     if values.shape not in ((1,), (axes,)):
         raise ValueError(f"{name}: expected one number or one for each of {axes} axes, got {values.size}")
     return [positive(name, v, zero=zero) for v in np.broadcast_to(values, (axes,))]
@@ -43,7 +70,7 @@ def exactly_one(owner: str, **given: object) -> str:
 
 def covariance(name: str, value: ArrayLike, size: int) -> Array:
     """A symmetric positive definite matrix of the given size."""
-    matrix = np.asarray(value, dtype=float)
+    matrix = numbers(name, value)
     if matrix.shape != (size, size):
         raise ValueError(f"{name}: expected a {size} by {size} matrix, got shape {matrix.shape}")
     if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0):

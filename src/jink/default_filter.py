@@ -17,17 +17,25 @@ DEFAULT = "imm"
 
 
 def choose_filter(
-    components: Sequence[str], sd: Mapping[str, float], kind: str, chosen: Any, gap: float = 0.0
+    components: Sequence[str],
+    sd: Mapping[str, float],
+    kind: str,
+    chosen: Any,
+    gap: float = 0.0,
+    interval: float = 1.0,
 ) -> Any:
     """A filter for measured `components` (x, y, altitude, ...) of typical `sd`s.
 
-    `chosen` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a track.
+    `chosen` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a track; interval
+    (s): the usual time between two of its positions, which some filters have probabilities for.
     """
     if chosen is not None and not isinstance(chosen, str):
         _check(chosen, components)
         return chosen
     name = DEFAULT if chosen is None else chosen
-    purpose = Purpose(sensor=sensor_of(components, sd), kind=kind, outliers=Outliers(), gap=gap)
+    purpose = Purpose(
+        sensor=sensor_of(components, sd), kind=kind, outliers=Outliers(), gap=gap, interval=interval
+    )
     try:
         return FILTERS[canonical(name)](purpose).filter
     except Unfit as reason:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arguments import Array, positive
+from .arguments import Array, numbers, positive
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +80,9 @@ class Sojourn:
 
     def generator(self, modes: int) -> Array:
         """G (M, M), 1/s. Errors: ValueError for the wrong number of modes or rows that do not sum to one."""
-        rates = [1.0 / positive("Sojourn.seconds", s) for s in self.seconds]
+        rates = [
+            1.0 / positive("Sojourn.seconds", s) for s in numbers("Sojourn.seconds", self.seconds).ravel()
+        ]
         if len(rates) != modes:
             raise ValueError(
                 f"Sojourn.seconds: expected one number for each of {modes} modes, got {len(rates)}"
@@ -88,7 +90,7 @@ class Sojourn:
         if self.to is None:
             to = (np.ones((modes, modes)) - np.eye(modes)) / max(modes - 1, 1)
         else:
-            to = np.asarray(self.to, dtype=float)
+            to = numbers("Sojourn.to", self.to)
             if to.shape != (modes, modes) or np.any(to < 0) or np.any(np.diag(to) != 0):
                 raise ValueError(
                     f"Sojourn.to: expected a {modes} by {modes} matrix without negative entries, its diagonal zero"
@@ -105,7 +107,7 @@ def transition_rule(transition: object, step: float | None, modes: int) -> tuple
     """
     if isinstance(transition, Sojourn):
         return True, transition.generator(modes)
-    matrix = np.asarray(transition, dtype=float)
+    matrix = numbers("transition", transition, "a stay probability, a matrix or a jink.Sojourn")  # pyright: ignore[reportArgumentType]
     if matrix.ndim == 0:
         stay = float(matrix)
         if not 0 < stay <= 1:

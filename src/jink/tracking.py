@@ -151,7 +151,8 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
     """Clean, place, filter; the summary says what was done. Raises InputError when no track is left."""
     began = clock.perf_counter()
     measurements = loaded.measurements
-    usual = usual_gap(measurements.rows, settings.kind)
+    step = usual_step(measurements.rows)
+    usual = usual_gap(step, settings.kind)
     gap = settings.gap if settings.gap is not None else usual
     how = Cleaning(gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale)
     cleaned = clean(measurements.rows, measurements.position, how)
@@ -168,7 +169,7 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
     done = 0
     for group, level in zip(groups, levels, strict=True):
         chosen = choose_filter(
-            group.components, level.typical, settings.kind, settings.filter, max(gap, usual)
+            group.components, level.typical, settings.kind, settings.filter, max(gap, usual), step or 1.0
         )
         used[f"{group.axes} axes"] = chosen
         covariance = None
@@ -196,13 +197,18 @@ def _nothing_left(loaded: Loaded, rejected: pl.DataFrame) -> str:
     return f"no track is left of {loaded.count:,} rows; they were rejected because:\n{lines}"
 
 
-def usual_gap(rows: pl.DataFrame, kind: str) -> float:
+def usual_gap(step: float, kind: str) -> float:
     """The kind's gap, or ten times the usual step where positions are rarer than that."""
+    return max(GAP[kind], 10.0 * step)
+
+
+def usual_step(rows: pl.DataFrame) -> float:
+    """The median time between two positions of a target (s), those at the same time left out; 0 where there are none."""
     step = np.diff(rows["time"].to_numpy())[
         (rows["target"] == rows["target"].shift(1)).fill_null(False).to_numpy()[1:]
     ]
     step = step[step > 0]
-    return max(GAP[kind], 10.0 * float(np.median(step)) if step.size else 0.0)
+    return float(np.median(step)) if step.size else 0.0
 
 
 def _chunks(

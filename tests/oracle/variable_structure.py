@@ -33,6 +33,17 @@ def graph_transition(graph: Mask, stay: float) -> Array:
     return stay * np.eye(len(graph)) + (1 - stay) * others / others.sum(axis=1, keepdims=True)
 
 
+def one_change(G: Array) -> Callable[[float], Array]:
+    """The chain of generator G over dt, taken to change once at most: stay exp(G_ii dt), the rest as from G."""
+
+    def over(dt: float) -> Array:
+        stay = np.exp(np.diag(G) * dt)
+        others = G - np.diag(np.diag(G))
+        return np.diag(stay) + (1 - stay)[:, None] * others / others.sum(axis=1, keepdims=True)
+
+    return over
+
+
 def restricted(Pi: Array, active: Mask) -> Array:
     """Pi (M, M) between active targets only, (B, M, M).
 
@@ -70,15 +81,19 @@ def variable_structure(
     time: Array,
     z: Array,
     R: Array,
-    Pi: Array,
+    Pi: Array | Callable[[float], Array],
     mu: Array,
     propose: Callable[[Array, Array], Mask],
 ) -> Estimates:
-    """propose(Pi, mu before) -> active modes (B, M) of this scan; inactive ones have probability zero."""
+    """propose(Pi, mu before) -> active modes (B, M) of this scan; inactive ones have probability zero.
+
+    Pi of each scan, or as a function of the time since the scan before.
+    """
 
     def step(modes, mu, k, dt):
-        active = propose(Pi, mu)
-        c, weights = backward_weights(restricted(Pi, active), mu)
+        now_Pi = Pi(dt) if callable(Pi) else Pi
+        active = propose(now_Pi, mu)
+        c, weights = backward_weights(restricted(now_Pi, active), mu)
         c = c / c.sum(axis=-1, keepdims=True)
         starts = mixed(motions, modes, weights)
         now = [update(m, predict(m, s, dt), z[:, k], R) for m, s in zip(motions, starts, strict=True)]

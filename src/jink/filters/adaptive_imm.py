@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any, ClassVar
 
 from numpy.typing import ArrayLike
 
-from ..arguments import PerAxis, per_axis, positive
+from ..arguments import PerAxis, numbers, per_axis, positive
 from ..motion import ConstantVelocity, NativeMode
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..sensor import Sensor
@@ -74,6 +75,24 @@ class AccelerationLevel:
     acceleration: PerAxis
     estimated: bool = False
 
+    def __post_init__(self) -> None:
+        if not all(map(isfinite, _numbers(self.acceleration))):
+            raise ValueError(
+                f"AccelerationLevel.acceleration: expected finite numbers, got {self.acceleration!r}"
+            )
+        if not isinstance(self.estimated, bool):
+            raise TypeError(f"AccelerationLevel.estimated: expected True or False, got {self.estimated!r}")
+
+    @property
+    def remembers(self) -> bool:
+        """Does the motion model adapt to residuals?"""
+        return bool(getattr(self.motion, "remembers", False))
+
+    def check_units(self, sensor_sd: float) -> None:
+        """Errors: ValueError where the motion model was made for other residuals than such a sensor's (sd in m)."""
+        if hasattr(self.motion, "check_units"):
+            self.motion.check_units(sensor_sd)
+
     @property
     def name(self) -> str:
         """In mode names."""
@@ -104,7 +123,7 @@ class AccelerationLevel:
 
 
 def _numbers(value: PerAxis) -> list[float]:
-    return [float(v) for v in value] if isinstance(value, Sequence) else [float(value)]
+    return numbers("AccelerationLevel.acceleration", value).reshape(-1).tolist()
 
 
 def symmetric_levels(

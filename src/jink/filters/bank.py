@@ -71,6 +71,11 @@ class Bank:
         _check_units(self.motions, self.sensors)
         if all(hasattr(part, "native") for part in (*self.motions, *self.sensors)):
             modes_native = [native_mode(m, axes) for m in self.motions]
+            if any(around for *_, around in modes_native) and (parts is None or parts.side is None):
+                raise ValueError(
+                    f"motions: AccelerationLevel.estimated counts from what a jink.AdaptiveIMM estimates; {type(self).__name__} has no "
+                    "such estimate; expected estimated=False"
+                )
             sensors_native = [s.native(self.outliers) for s in self.sensors]
             self._declared = (modes_native, sensors_native, rules, parts or Parts())
             self._engine = _engine.Engine(

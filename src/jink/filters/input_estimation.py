@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..arguments import probability, whole
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..sensor import Sensor
 from .bank import Bank
@@ -41,19 +42,14 @@ class InputEstimation(Bank):
             raise ValueError(
                 f"motion: expected a ConstantVelocity, which knows of no acceleration, got {type(motion).__name__}"
             )
-        if int(window) != window or not 1 <= window <= 64:
-            raise ValueError(f"window: expected a whole number of scans from 1 to 64, got {window!r}")
-        least = max(1, window // 2) if shortest is None else shortest
-        if int(least) != least or not 1 <= least <= window:
-            raise ValueError(
-                f"shortest: expected a whole number of scans from 1 to window {window}, got {shortest!r}"
-            )
-        if not 0 < false_alarm < 1:
-            raise ValueError(f"false_alarm: expected a probability between 0 and 1, got {false_alarm!r}")
+        length = whole("window", window, 1, 64, " of scans")
+        least = (
+            max(1, length // 2) if shortest is None else whole("shortest", shortest, 1, length, " of scans")
+        )
         from ..metrics.chi_square import quantile
 
-        threshold = quantile(1 - false_alarm, self.axes)
-        self._prepare(coast=coast, parts=Parts(detect=(int(window), int(least), threshold)))
+        threshold = quantile(1 - probability("false_alarm", false_alarm), self.axes)
+        self._prepare(coast=coast, parts=Parts(detect=(length, least, threshold)))
 
     def __repr__(self) -> str:
         return f"InputEstimation({self.motions[0]!r}, {', '.join(map(repr, self.sensors))}, window={self.window})"

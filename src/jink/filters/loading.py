@@ -2,7 +2,9 @@
 
 import json
 import os
+import re
 from collections.abc import Callable
+from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +33,14 @@ BUILDERS: dict[str, Callable[..., Any]] = {
         NeuralModes,
     )
 }
-SINGLE: dict[str, Callable[..., Any]] = {c.__name__: c for c in (Kalman, InputEstimation, VariableDimension)}
+SINGLE: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {  # with what they call their motion models
+    "Kalman": (Kalman, ("motion",)),
+    "InputEstimation": (InputEstimation, ("motion",)),
+    "VariableDimension": (VariableDimension, ("quiet", "manoeuvring")),
+}
+NAMED = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
+RUN = ("motions", "quiet", "manoeuvring", "sensor")  # models, which a filter checks itself
+WRONG = (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError)  # what bad parts end in
 
 
 def load(path: str | os.PathLike[str]) -> Any:
@@ -59,31 +68,80 @@ def read(text: str, path: str) -> Any:
         filter = built(body)
         filter.fitted = body.get("fitted") or {}
         return filter
-    except (KeyError, TypeError, ValueError) as error:
+    except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def built(body: dict[str, Any]) -> Any:
-    """The filter of a description. Errors: ValueError, TypeError or KeyError for what is wrong with it."""
-    kind = body.get("filter")
-    if kind not in ARGUMENTS:
-        raise ValueError(f"filter {kind!r} is none of {', '.join(ARGUMENTS)}")
-    named = {name: declared(body[name]) for name in ARGUMENTS[kind] if name in body}
+def built(body: Any, within: str = "") -> Any:
+    """The filter of a description. Errors: ValueError saying where in it what is wrong."""
+    kind = body.get("filter") if isinstance(body, dict) else None
+    if not isinstance(kind, str) or kind not in ARGUMENTS:
+        raise ValueError(f"{within}filter: {kind!r} is none of {', '.join(ARGUMENTS)}")
+    named = {name: declared(body[name], within + name) for name in ARGUMENTS[kind] if name in body}
     if kind == "Aided":
-        return Aided(built(body["of"]), **named)
-    motions, sensors = [declared(m) for m in body["motions"]], [declared(s) for s in body["sensors"]]
-    if kind in SINGLE:
-        return SINGLE[kind](*motions, sensors, **named)
-    return BUILDERS[kind](motions, sensors, **named)
+        return made(Aided, within[:-1], {"filter": built(body.get("of"), f"{within}of."), **named})
+    motions, sensors = (_several(body, name, within) for name in ("motions", "sensors"))
+    if kind not in SINGLE:
+        return made(BUILDERS[kind], within[:-1], {"motions": motions, "sensor": sensors, **named})
+    build, names = SINGLE[kind]
+    if len(motions) != len(names):
+        raise ValueError(f"{within}motions: expected {len(names)} for {kind}, got {len(motions)}")
+    return made(build, within[:-1], {**dict(zip(names, motions, strict=True)), "sensor": sensors, **named})
 
 
-def declared(value: Any) -> Any:
-    """What :func:`jink.filters.files.plain` made JSON of. Errors: ValueError for an unknown kind."""
+def _several(body: dict[str, Any], name: str, within: str) -> list[Any]:
+    found = body.get(name)
+    if not isinstance(found, list) or not found:
+        raise ValueError(f"{within}{name}: expected a list of at least one, got {found!r}")
+    return [
+        _running(declared(each, f"{within}{name}[{i}]"), f"{within}{name}[{i}]")
+        for i, each in enumerate(found)
+    ]
+
+
+def _running(part: Any, at: str) -> Any:
+    """A motion or sensor model. Errors: ValueError for anything else."""
+    if not hasattr(part, "native"):
+        raise ValueError(f"{at}: expected a motion or sensor model, got {part!r}")
+    return part
+
+
+def declared(value: Any, at: str) -> Any:
+    """What :func:`jink.filters.files.plain` made JSON of. Errors: ValueError saying where what is wrong."""
     if isinstance(value, list):
-        return [declared(v) for v in value]
-    if isinstance(value, dict):
-        kind = value.get("kind")
-        if kind not in KINDS:
-            raise ValueError(f"kind {kind!r} is none of {', '.join(KINDS)}")
-        return KINDS[kind](**{name: declared(v) for name, v in value.items() if name != "kind"})
-    return value
+        return [declared(v, f"{at}[{i}]") for i, v in enumerate(value)]
+    if not isinstance(value, dict):
+        return value
+    kind = value.get("kind")
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise ValueError(f"{at}: kind {kind!r} is none of {', '.join(KINDS)}")
+    return made(
+        KINDS[kind], at, {name: declared(v, f"{at}.{name}") for name, v in value.items() if name != "kind"}
+    )
+
+
+def made(build: Callable[..., Any], at: str, given: dict[str, Any]) -> Any:
+    """build(**given). Errors: ValueError for an argument it has not, lacks, or whose kind is not what it declares."""
+    where = f"{at}: " if at else ""
+    own, arguments = build.__name__, signature(build).parameters
+    open_ended = any(a.kind is Parameter.VAR_KEYWORD for a in arguments.values())
+    for name, value in given.items():
+        if name not in arguments and not open_ended:
+            raise ValueError(f"{where}{own} has no {name}")
+        if name == "motion":
+            _running(value, f"{where}{own}.motion")
+        elif name in arguments and name not in RUN:
+            _of_its_kind(f"{where}{own}.{name}", value, arguments[name].annotation)
+    for name, argument in arguments.items():
+        if argument.default is Parameter.empty and argument.kind in NAMED and name not in given:
+            raise ValueError(f"{where}{own} lacks {name}")
+    try:
+        return build(**given)
+    except WRONG as error:
+        raise ValueError(f"{where}{error}") from None
+
+
+def _of_its_kind(name: str, value: Any, annotation: Any) -> None:
+    kinds = set(re.findall(r"\w+", str(annotation))) & set(KINDS)
+    if kinds and value is not None and type(value).__name__ not in kinds:
+        raise ValueError(f"{name}: expected {' or '.join(sorted(kinds))}, got {value!r}")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import Array, positive
+from ..arguments import Array, numbers, positive
 from ..noise import OnePoint, Outliers, Prior, TwoPoint, stationary, transition_rule
 from .parts import Parts
 
@@ -57,7 +57,7 @@ def engine_rules(
 def _probabilities(given: ArrayLike | None, modes: int, continuous: bool, matrix: Array) -> Array:
     if given is None:
         return stationary(continuous, matrix)
-    p = np.asarray(given, dtype=float)
+    p = numbers("mode_probability", given)
     if p.shape != (modes,) or np.any(~(p >= 0)) or not np.isclose(p.sum(), 1):
         raise ValueError(f"mode_probability: expected {modes} probabilities that sum to one, got {given!r}")
     return p

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import probability, whole
 from ..motion import ConstantAcceleration, ConstantVelocity
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..sensor import Sensor
@@ -47,11 +48,9 @@ class VariableDimension(Bank):
         ):
             if not isinstance(motion, kind):
                 raise TypeError(f"{part}: expected a {kind.__name__}, got {type(motion).__name__}")
-        if int(window) != window or not 2 <= window <= 64:
-            raise ValueError(f"window: expected a whole number of scans from 2 to 64, got {window!r}")
-        for name, p in (("false_alarm", false_alarm), ("missed_end", missed_end)):
-            if not 0 < p < 1:
-                raise ValueError(f"{name}: expected a probability between 0 and 1, got {p!r}")
+        whole("window", window, 2, 64, " of scans")
+        probability("false_alarm", false_alarm)
+        probability("missed_end", missed_end)
         proposal = Proposal(kind=DIMENSION, slots=2, start=[0.0, -1.0], numbers=self._thresholds())
         parts: Any = Parts(interaction=APART, proposal=proposal, start=np.array([1.0, 0.0]))
         self._prepare(transition=0.5, coast=coast, parts=parts)

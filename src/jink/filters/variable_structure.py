@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import Array
+from ..arguments import Array, positive, whole
 from ..motion import ConstantVelocity
 from ..noise import OnePoint, Outliers, Prior, Sojourn, TwoPoint, transition_rule
 from ..sensor import Sensor
@@ -134,11 +134,7 @@ class ActiveDigraph(_Digraph):
         super().__init__(motions, sensor, transition, **options)
 
     def _most_alive(self, near: list[list[int]]) -> int:
-        if int(self.alive) != self.alive or not 1 < self.alive <= len(near):
-            raise ValueError(
-                f"alive: expected a whole number from 2 to the {len(near)} modes, got {self.alive!r}"
-            )
-        return int(self.alive)
+        return whole("alive", self.alive, 2, len(near), " of modes")
 
 
 class AdaptiveGrid(_VariableStructure):
@@ -172,9 +168,9 @@ class AdaptiveGrid(_VariableStructure):
             raise ValueError(
                 "motions: a grid lies between modes of one motion model that differ in numbers only"
             )
-        if not 0 < least_step <= last / 2:
-            raise ValueError(f"least_step: expected between 0 and half of {last:g} modes, got {least_step:g}")
-        if not 0 <= unlikely < likely <= 1:
+        if not positive("least_step", least_step) <= last / 2:
+            raise ValueError(f"least_step: expected at most half of {last:g} modes, got {least_step:g}")
+        if not positive("unlikely", unlikely, zero=True) < positive("likely", likely) <= 1:
             raise ValueError(f"unlikely: expected 0 ≤ unlikely < likely ≤ 1, got {unlikely:g} and {likely:g}")
         numbers = [float(least_step), float(unlikely), float(likely)]
         proposal = Proposal(kind=GRID, slots=3, start=[0.0, last / 2, last], numbers=numbers)
@@ -221,8 +217,7 @@ CHOI_2001 = tuple(range(1, 197, 5))  # (m/s²)²: forty levels, a step of 5 apar
 
 
 def _reachable(near: list[list[int]], start: int) -> None:
-    if int(start) != start or not 0 <= start < len(near):
-        raise ValueError(f"first_mode: expected a mode from 0 to {len(near) - 1}, got {start!r}")
+    whole("first_mode", start, 0, len(near) - 1)
     seen, edge = {start}, [start]
     while edge:
         edge = [j for i in edge for j in near[i] if j not in seen]

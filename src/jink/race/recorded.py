@@ -25,7 +25,7 @@ from ..io.placing import Placed, begin_with_height, place
 from ..named import Purpose, Unfit
 from ..noise import Outliers
 from ..seeing import sensor_in_words
-from ..tracking import KINDS, usual_gap
+from ..tracking import KINDS, usual_gap, usual_step
 from .answers import GATED, UPDATED, measured_position
 from .entrants import SUFFIX, Entrant, enter
 from .example import recorded_example
@@ -139,7 +139,7 @@ def prepared(
     """Clean and place a file as ``jink track`` does: the larger group of rows, their sensor and (if it differs) the noise of
     each, and how many rows are in another number of axes. Errors: InputError."""
     measurements = load_files([path], Reading(columns)).measurements
-    how = Cleaning(usual_gap(measurements.rows, kind), 4, True, True, True)
+    how = Cleaning(usual_gap(usual_step(measurements.rows), kind), 4, True, True, True)
     cleaned = clean(measurements.rows, measurements.position, how)
     if not cleaned.rows.height:
         raise InputError(f"{path}: no row is left after cleaning; jink track says why")
