@@ -104,3 +104,21 @@ def test_a_fit_says_how_consistent_each_part_is(tmp_path):
     found = fit(recorded(tmp_path, 12, 0), "kalman-cv", kind="vehicle", starts=1)
     told = {s["part"]: s for s in found.as_dict()["nis_by_part"]["fitted"]}
     assert 0.9 < told["straight"]["inside"] < 0.98 and told["straight"]["rows"] > 500
+
+
+def test_a_file_with_truth_is_judged_by_it(tmp_path):
+    from jink.scenarios import by_name
+    from jink.simulate import simulation_table
+
+    path = tmp_path / "seen.csv"
+    simulation_table(by_name("random-turns").simulate(24, 1)).write_csv(path)
+    found = fit(str(path), "kalman-cv", kind="fighter", truth="true", starts=1, minutes=0.2)
+    assert found.objective == "tracking" and found.judged == ["position_rmse", "velocity_rmse"]
+    raw, after = (found.race.figure(name, "position_rmse").value for name in ("raw", "fitted"))
+    assert raw == pytest.approx(50.0 * 2**0.5, rel=0.05) and after < raw
+    tracks = found.held_out
+    x = found.filter.filter(**tracks.keywords()).x[:, :1] - np.asarray(tracks.truth)[:, :1]
+    y = found.filter.filter(**tracks.keywords()).x[:, 2:3] - np.asarray(tracks.truth)[:, 1:2]
+    square = (x**2 + y**2)[np.asarray(tracks.counts)]
+    assert after == pytest.approx(float(np.sqrt(square.mean())), rel=1e-9)
+    assert any("position" in line for line in found.verdicts())

@@ -173,8 +173,8 @@ def _parameters(start: Any, free: Sequence[str], fixed: Sequence[str], training:
     rows = training.tracks.rows
     if rows < 10 * len(parameters):
         raise InputError(
-            f"{training.name}: {rows} rows to fit {len(parameters)} parameters on; expected at least ten of each: "
-            "give more data, or fix parameters"
+            f"{training.name}: {rows} rows to fit {len(parameters)} parameters on; expected at least ten rows for each, "
+            f"{10 * len(parameters)}: give more data, or fix parameters"
         )
     missing = [c for c in training.tracks.components if c not in start.components]
     if training.tracks.truth is not None and missing:

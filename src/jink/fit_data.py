@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .arguments import Array
+from .fit_truth import score_truth
 from .io.errors import InputError
 from .learn.gradient import Tracks
 from .named import Purpose
@@ -157,11 +158,14 @@ def from_file(
     fitting = _fitting(everything, recording)
 
     def check(entrants: Sequence[Entrant]) -> Race:
-        return race_on_file(path, list(ALSO), kind=kind, columns=columns, seed=seed, guests=entrants)
+        found = race_on_file(path, list(ALSO), kind=kind, columns=columns, seed=seed, guests=entrants)
+        if true is not None:
+            score_truth(found, recording, true, components)
+        return found
 
     return Training(
         name=path,
-        words=f"{len(set(targets[recording.fitting]))} targets, {fitting.rows:,} rows of {path}",
+        words=f"{len(set(targets[recording.fitting]))} targets, {int(recording.fitting.sum()):,} rows of {path}",
         tracks=fitting,
         purpose=purpose,
         check=check,

@@ -83,7 +83,7 @@ class Fit:
             filter=filter, start=start, name=name, parameters=parameters, u=found.u, sd=sd, objective=objective.name,
             before=objective.value(start, tracks), after=found.value, race=race, training=training.words, held_out=training.held_out,
             record={
-                "scenario": training.name, "seed": seed, "runs": training.runs, "apart": training.apart,
+                "scenario": training.name, "kind": training.purpose.kind, "seed": seed, "runs": training.runs, "apart": training.apart,
                 "noise": "the sensor's" if tracks.covariance is None else "of each row",
             },
             evaluations=found.evaluations, seconds=found.seconds, partial=found.partial,
@@ -127,6 +127,7 @@ class Fit:
     def judged(self) -> list[str]:
         """The metrics that the objective is about."""
         found = [m for m in JUDGED[self.objective] if m in self.race.metrics]
+        found = found or [m for m in JUDGED["tracking"] if m in self.race.metrics]  # of a file with truth
         return found[:1] if self.objective == "prediction" else found
 
     @property

@@ -53,8 +53,9 @@ def show(fit: Fit) -> None:
 
 def heading(fit: Fit) -> str:
     """What was fitted on what, and how far the figure came."""
+    kind = f" for {fit.record['kind']}" if fit.name == "imm" else ""
     return (
-        f"{fit.name}, fitted on {fit.training}\n{fit.objective} {fit.before:.4f} → {fit.after:.4f} "
+        f"{fit.name}{kind}, fitted on {fit.training}\n{fit.objective} {fit.before:.4f} → {fit.after:.4f} "
         f"(smaller is better), {fit.evaluations} evaluations in {fit.seconds:.1f} s"
     )
 

@@ -152,7 +152,8 @@ def remarks(race: Race) -> list[str]:
     here = [f"{name} ({e.fitted})" for name, e in fitted.items() if not e.in_sample]
     seen = [name for name, e in fitted.items() if e.in_sample]
     if here:
-        lines.append(f"* fitted on this scenario (other runs of it): {', '.join(here)}")
+        source = "this scenario (other runs of it)" if race.unit == "runs" else "other rows of this file"
+        lines.append(f"* fitted on {source}: {', '.join(here)}")
     if seen:
         lines.append(
             f"** fitted on the seed of this race, so not compared with the others: {', '.join(seen)}"
