@@ -21,7 +21,10 @@ FARTHEST = 12.0  # and never leave this
 SMALLEST, GROWTH = 6_000, 4  # rows of the first batch of tracks, and how it grows
 SHORT, LONG = 20, 200  # steps of a descent from each start, and from the best of them
 SCATTER = 1.0  # sd of the other starts, in u
-CLOSE = 0.05  # of the total log-likelihood (or what stands for it): a step that gains less ends a descent
+LOOSE, CLOSE = (
+    0.05,
+    0.002,
+)  # of the total log-likelihood, or what stands for it: a step that gains less ends a descent
 
 
 @dataclass
@@ -123,9 +126,20 @@ class Search:
         from scipy.optimize import minimize
 
         start = self.parameters.start
-        close = CLOSE / max(float(np.isfinite(tracks.z).any(axis=1).sum()), 1.0)
+        last = stage + 1 == stages and steps == LONG
+        rows = max(float(np.isfinite(tracks.z).any(axis=1).sum()), 1.0)
+        close = (CLOSE if last else LOOSE) / rows
+        first: list[
+            float
+        ] = []  # the figure where it begins: what is minimised starts from 0, so that ftol is absolute
+
+        def figure(u: Array) -> tuple[float, Array]:
+            value, slope = self._evaluated(u, tracks, words, stage, stages)
+            first.append(value)
+            return value - first[0], slope
+
         minimize(
-            lambda u: self._evaluated(u, tracks, words, stage, stages), begin, jac=True, method="L-BFGS-B",
+            figure, begin, jac=True, method="L-BFGS-B",
             bounds=list(zip(start - FARTHEST, start + FARTHEST, strict=True)),
             options={"maxiter": steps, "ftol": close, "gtol": 1e-6, "maxls": 20},
         )  # fmt: skip
