@@ -94,8 +94,14 @@ class FuzzyRules:
         grid = np.linspace(-reach, reach, points)
         return grid, np.sqrt(self.variance(grid[None, :], grid[:, None]))
 
-    def describe(self, unit: float = 1000.0, name: str = "km") -> list[str]:
-        """Each rule as a sentence, lengths in the given unit, noise in m/s²."""
+    @property
+    def readable(self) -> tuple[float, str]:
+        """The unit of length to show these rules in, metres or kilometres: how many metres, and its name."""
+        return (1000.0, "km") if max(abs(c) for c, _ in self.centres) > 1000.0 else (1.0, "m")
+
+    def describe(self) -> list[str]:
+        """Each rule as a sentence, lengths in m or km, noise in m/s²."""
+        unit, name = self.readable
         return [
             f"if r is about {_signed(c1)} {name} (±{s1:.3g}) and Δr about {_signed(c2)} {name} (±{s2:.3g}), "
             f"then the acceleration noise has sd {unit * np.sqrt(w):.3g} m/s²"

@@ -46,6 +46,5 @@ def rules(learned: Learned) -> list[str]:
         found = getattr(motion, "rules", None)
         if found is not None:
             lines.append(f"mode {k}, {len(found)} rule{'s' if len(found) > 1 else ''}:")
-            far = max(abs(c) for c, _ in found.centres) > 2000
-            lines += [f"  {line}" for line in (found.describe() if far else found.describe(1.0, "m"))]
+            lines += [f"  {line}" for line in found.describe()]
     return lines

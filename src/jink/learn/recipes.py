@@ -86,8 +86,8 @@ def fuzzy_mode(training: Runs, validation: Runs, how: How) -> Kalman:
         raise ValueError("inputs: fuzzy-kalman has one mode; fuzzy-imm has one for each")
     if how.optimiser == "together":
         return Kalman(_fuzzy(_together(training, how, 1).modes[0]), _sensor(training))
-    most = (how.inputs or (how.acceleration,))[0]
-    rules = _identified(most, training, how, 0, widen=1 / SHARES[0])
+    most, spread = (how.inputs or (how.acceleration,))[0], (2 * SHARES[0]) ** -0.5
+    rules = _identified(most / spread, training, how, 0, widen=spread)  # noise from a hundredth of that up to it
     return Kalman(_fuzzy(rules), _sensor(training))
 
 

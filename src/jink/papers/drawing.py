@@ -46,6 +46,7 @@ class Surface:
     grid_y: ArrayLike
     values: ArrayLike
     unit: str
+    sentences: Sequence[str] = ()  # the same in words
 
 
 Drawing = Chart | Surface

@@ -165,6 +165,7 @@ def draw(races: Mapping[str, Race]) -> list[Drawing]:
                 grid_y=grid / 1000,
                 values=sd,
                 unit="m/s²",
+                sentences=rules.describe(),
             )
         )
     return out

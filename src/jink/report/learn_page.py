@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from ..learn_table import heading, rules
+from ..learn_table import heading
 from ..learning import LEARNED, Learned
 from ..race.table import COLUMNS, ordered, written
 from .learned_pictures import pictures
@@ -23,7 +23,7 @@ def write_learn_report(learned: Learned, path: str | os.PathLike[str]) -> None:
         f'<p class="lede">{escape(heading(learned))} · jink {escape(version())}</p></div></header>'
         f'<section class="paper"><h2>{escape(learned.verdict())}</h2>'
         f'<div class="sheets">{_table(learned)}</div><ul>{said}</ul>{warned}'
-        f'<h3>What was learned</h3><div class="drawings">{drawings}</div>{_rules(learned)}</section>'
+        f'<h3>What was learned</h3><div class="drawings">{drawings}</div></section>'
     )
     write_page(path, plain_page(title=title, body=body, style="reproduce.css"))
 
@@ -46,14 +46,3 @@ def _table(learned: Learned) -> str:
         f"<section><h3>{escape(race.scenario)}: {race.runs:,} {escape(race.unit)} held out</h3>"
         f'<div class="sheet"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div></section>'
     )
-
-
-def _rules(learned: Learned) -> str:
-    lines = rules(learned)
-    if not lines:
-        return ""
-    items = "".join(
-        f"</ul><h4>{escape(line)}</h4><ul>" if line.startswith("mode") else f"<li>{escape(line.strip())}</li>"
-        for line in lines
-    )
-    return f"<h3>The rules in words</h3><ul>{items}</ul>".replace("<ul></ul>", "")

@@ -38,10 +38,11 @@ def surface(rules: FuzzyRules, title: str) -> Surface:
     """Noise sd over the residual and its change, as far as the rules reach."""
     c, s = np.asarray(rules.centres), np.asarray(rules.spreads)
     reach = float(np.median(np.abs(c) + s)) * 1.5
-    length, unit = (1000.0, "km") if reach > 2000 else (1.0, "m")
+    length, unit = rules.readable
     grid, sd = rules.surface(reach)
     return Surface(
-        title=title, x=f"residual {unit}", y=f"its change {unit}", grid_x=grid / length, grid_y=grid / length, values=sd, unit="m/s²"
+        title=title, x=f"residual {unit}", y=f"its change {unit}", grid_x=grid / length, grid_y=grid / length, values=sd, unit="m/s²",
+        sentences=rules.describe(),
     )  # fmt: skip
 
 

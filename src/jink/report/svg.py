@@ -21,8 +21,15 @@ def drawn(drawing: Drawing) -> str:
     return (
         f'<figure class="drawing"><figcaption>{escape(drawing.title)}</figcaption>'
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(drawing.title)}">{picture}</svg>'
-        f"{legend}</figure>"
+        f"{legend}{_in_words(drawing)}</figure>"
     )
+
+
+def _in_words(drawing: Drawing) -> str:
+    if not isinstance(drawing, Surface) or not drawing.sentences:
+        return ""
+    items = "".join(f"<li>{escape(line)}</li>" for line in drawing.sentences)
+    return f"<details><summary>In words</summary><ul>{items}</ul></details>"
 
 
 def ticks(low: float, high: float, about: int = 6) -> Array:
