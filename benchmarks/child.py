@@ -27,11 +27,14 @@ class Size:
     slow_tracks: int = 10  # libraries that take some 100 µs per update
     some_tracks: int = 1000  # of filters that are only compared with one another
     array_tracks: int = 2000  # libraries that work through NumPy arrays: their fastest batch
+    training: float = 1.0  # share of every training's steps
 
 
 FULL = Size(tracks=10_000, scans=200, repetitions=5)
-QUICK = Size(tracks=10_000, scans=50, repetitions=3, slow_tracks=4, some_tracks=400, array_tracks=500)
-TINY = Size(tracks=3, scans=5, repetitions=1, slow_tracks=1, some_tracks=3, array_tracks=2)
+QUICK = Size(
+    tracks=10_000, scans=50, repetitions=3, slow_tracks=4, some_tracks=400, array_tracks=500, training=0.1
+)
+TINY = Size(tracks=3, scans=5, repetitions=1, slow_tracks=1, some_tracks=3, array_tracks=2, training=0.01)
 SIZES = {"full": FULL, "quick": QUICK, "tiny": TINY}
 ARRAYS = {"simdkalman", "kalbee"}
 COMPILED = {"dynamax"}
@@ -60,6 +63,13 @@ def run_structure(size: Size) -> dict[str, Any]:
     laps = race.run_race(structure.jobs(size.some_tracks // 5 or 1, size.scans), size.repetitions)
     rms = structure.accuracy(size.some_tracks, size.scans, size.some_tracks)
     return {"costs": {name: lap.costs for name, lap in laps.items()}, "rms": rms}
+
+
+def run_learning(size: Size) -> dict[str, Any]:
+    """Trainings: seconds by the wall clock and of processor time, by name."""
+    from . import learning
+
+    return learning.measure(size.training, 1 if size.training < 1 else 3)
 
 
 def run_peers(size: Size, keys: tuple[str, ...] = peers.PEERS) -> dict[str, Any]:
@@ -176,20 +186,20 @@ def main(arguments: list[str] | None = None) -> int:
     """Run one task and print its result as one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "task", choices=["engine", "adaptive", "structure", "peers", "fresh", "threads", "memory"]
+        "task", choices=["engine", "adaptive", "structure", "learning", "peers", "fresh", "threads", "memory"]
     )
     parser.add_argument("--size", choices=SIZES, default="full")
     parser.add_argument("--outputs", choices=["STATES", "EVERYTHING"], default="STATES")
     options = parser.parse_args(arguments)
     size = SIZES[options.size]
-    if options.task not in ("threads", "memory"):
+    if options.task not in ("threads", "memory", "learning"):
         race.pin_to_one_core()
     if options.task == "memory":
         result = run_memory(size, options.outputs)
     else:
         tasks = {
             "engine": run_engine, "adaptive": run_adaptive, "structure": run_structure, "peers": run_peers,
-            "fresh": run_fresh, "threads": run_threads,
+            "fresh": run_fresh, "threads": run_threads, "learning": run_learning,
         }  # fmt: skip
         result = tasks[options.task](size)
     print(json.dumps(result))

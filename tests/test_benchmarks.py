@@ -11,7 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks import cases, child, commands, engine, peers, race, reference, table, targets
+from benchmarks import cases, child, commands, engine, learning, peers, race, reference, table, targets
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +98,16 @@ def test_textbook_imm_with_one_mode_is_the_kalman_filter():
     states, probability = reference.imm(single)
     assert np.allclose(states, reference.kalman(single), rtol=1e-12, atol=1e-9)
     assert (probability == 1).all()
+
+
+def test_trainings_are_rows():
+    """A hundredth of every training runs; a limit is reached by what was measured."""
+    results = {"learning": child.run_learning(child.TINY)}
+    rows = learning.rows(results)
+    assert len(rows) == 4 and all(row.reached is not None and "s of CPU" in row.measured for row in rows)
+    slow = {name: {"seconds": [1.0], "cpu": [limit + 0.1]} for name, limit in learning.LIMITS.items()}
+    assert not any(row.reached for row in learning.rows({"learning": slow}))
+    assert all("not run" in row.measured and row.reached is None for row in learning.rows({}))
 
 
 def test_jobs_without_a_peer_follow_what_is_measured():

@@ -215,6 +215,14 @@ def _needs_a_plane(motion: object, axes: int) -> None:
         )
 
 
+class NativeMotion(Protocol):
+    """A motion model that the engine runs: those here, and those whose noise rules or a network choose."""
+
+    def native(self, axes: int) -> NativeMode:
+        """What the engine runs."""
+        ...
+
+
 class OwnMotion(Protocol):
     """A motion model of the user's own, at the least; more in :mod:`jink.stepwise`."""
 

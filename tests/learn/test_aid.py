@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +34,9 @@ def aircraft(runs, seed, misses=False):
     return data
 
 
+HYBRID = {"triangular": 0.065, "gaussian": 1e-4, "bell": 0.003}  # corners of triangles move by kinks
+
+
 @pytest.mark.parametrize("kind", ["triangular", "gaussian", "bell"])
 @pytest.mark.parametrize("method", ["hybrid", "backpropagation"])
 def test_a_small_known_anfis_is_recovered(kind, method):
@@ -48,7 +52,7 @@ def test_a_small_known_anfis_is_recovered(kind, method):
     u, fresh = rng.uniform(-1.5, 1.5, (2, 600, 2))
     found = fit_anfis(u, truth(u), kind=kind, functions=2, method=method, epochs=400, rate=0.02, ridge=1e-9)
     rms = np.sqrt(np.mean((found(fresh) - truth(fresh)) ** 2)) / truth(fresh).std()
-    assert rms < (0.08 if method == "hybrid" else 0.15)
+    assert rms < (HYBRID[kind] if method == "hybrid" else 0.035)
 
 
 def test_a_known_network_is_learned():
@@ -57,7 +61,7 @@ def test_a_known_network_is_learned():
     y = np.tanh(u[:, :1] - u[:, 1:])
     found = fit_network(u, y, hidden=(8,), epochs=150, batch=128, rate=0.02)
     fresh = rng.normal(size=(500, 2))
-    assert np.sqrt(np.mean((found(fresh) - np.tanh(fresh[:, :1] - fresh[:, 1:])) ** 2)) < 0.08
+    assert np.sqrt(np.mean((found(fresh) - np.tanh(fresh[:, :1] - fresh[:, 1:])) ** 2)) < 0.001
     assert fit_network(u, y, hidden=(8,), epochs=3) == fit_network(u, y, hidden=(8,), epochs=3)
 
 
@@ -135,6 +139,29 @@ def test_an_aided_filter_comes_back_from_its_file_bit_for_bit(tmp_path):
     assert again.corrector == corrector
     batch = aircraft(2, 5).batch()
     assert_array_equal(again.filter(**batch).x, filter.filter(**batch).x)
+
+
+def test_an_aid_s_file_in_wrong_units_is_refused(tmp_path):
+    path = tmp_path / "aided.json"
+    Aided(SLUGGISH, fit_corrector(SLUGGISH, aircraft(3, 1), aircraft(2, 2), model="linear")).save(path)
+    body = json.loads(path.read_text(encoding="utf-8"))
+    for name in ("low", "high", "centre", "scale"):
+        body["corrector"][name] = [v / 1e6 for v in body["corrector"][name]]
+    path.write_text(json.dumps(body), encoding="utf-8")
+    with pytest.raises(ValueError, match=r"aided\.json: Corrector: was trained on .* expected metres"):
+        jink.load(path)
+
+
+def test_inputs_may_have_functions_each():
+    """One that has a single function divides nothing: its part is linear, and exact where the truth is."""
+    rng = np.random.default_rng(0)
+    u = rng.normal(size=(800, 3))
+    y = np.tanh(2 * u[:, :1]) + 0.7 * u[:, 2:]
+    found = fit_anfis(u, y, kind="gaussian", functions=[4, 1, 1], epochs=60)
+    assert [len(m) for m in found.memberships] == [4, 1, 1] and len(found.consequents) == 4
+    assert np.sqrt(np.mean((found(u) - y) ** 2)) < 0.004
+    with pytest.raises(ValueError, match="functions: expected 3 numbers, one for each input, got 2"):
+        fit_anfis(u, y, functions=[2, 2])
 
 
 def test_an_aid_in_wrong_units_is_refused():

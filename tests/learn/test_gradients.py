@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from jink.learn import anfis, end_to_end, mlp, modes, noise
+from jink.learn import anfis, end_to_end, mlp, modes, modes_end_to_end, noise
 from jink.learn.data import from_scenario
 from jink.noise_network import NoiseNetwork
 
@@ -83,6 +83,6 @@ def test_the_tracking_error_through_the_modes():
     model = modes.untrained(3, hidden=4)
     values = mlp.parameters_of(model.network)
     variances = (1.0, 20.0, 196.0)
-    found = autograd.grad(lambda v: modes._tracking_loss(v, model, variances, runs))(values)
-    loss = lambda: float(modes._tracking_loss(values, model, variances, runs))  # noqa: E731
+    found = autograd.grad(lambda v: modes_end_to_end.tracking_loss(v, model, variances, runs))(values)
+    loss = lambda: float(modes_end_to_end.tracking_loss(values, model, variances, runs))  # noqa: E731
     assert_gradients(found, differences(loss, values), 1e-5)

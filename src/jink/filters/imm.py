@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ..motion import Motion, OwnMotion
+from ..motion import NativeMotion, OwnMotion
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..sensor import OwnSensor, Sensor
 from .bank import Bank
@@ -27,7 +27,7 @@ class IMM(Bank):
 
     def __init__(
         self,
-        motions: Sequence[Motion | OwnMotion],
+        motions: Sequence[NativeMotion | OwnMotion],
         sensor: Sensor | OwnSensor | Sequence[Sensor | OwnSensor],
         transition: Any,
         *,

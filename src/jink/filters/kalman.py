@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Literal
 
-from ..motion import Motion, OwnMotion
+from ..motion import NativeMotion, OwnMotion
 from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..sensor import OwnSensor, Sensor
 from .bank import Bank
@@ -22,7 +22,7 @@ class Kalman(Bank):
 
     def __init__(
         self,
-        motion: Motion | OwnMotion,
+        motion: NativeMotion | OwnMotion,
         sensor: Sensor | OwnSensor | Sequence[Sensor | OwnSensor],
         *,
         linearisation: Literal["ekf", "ukf"] = "ekf",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 
@@ -21,7 +22,7 @@ def fit_anfis(
     *,
     validation: tuple[Array, Array] | None = None,
     kind: str = "triangular",
-    functions: int = 4,
+    functions: int | Sequence[int] = 4,
     method: str = "hybrid",
     epochs: int = 300,
     rate: float = 0.01,
@@ -30,7 +31,8 @@ def fit_anfis(
 ) -> Anfis:
     """An ANFIS that maps u (N, inputs) to y (N, outputs), both scaled to about one.
 
-    The functions are spread evenly over each input's range first. Each epoch of "hybrid" solves the consequents by ridge
+    functions: how many each input has, one number for all or one each; an input with a single one divides nothing, and takes part
+    in the consequents only. They are spread evenly over each input's range first. Each epoch of "hybrid" solves the consequents by ridge
     least squares, min ‖y − Φ c‖² + ridge · N ‖c‖², and takes a gradient step in the memberships; "backpropagation" takes gradient
     steps (Adam) in both. The epoch that does best on the validation pair is kept (without one, on the training pair).
     Deterministic. Errors: ValueError for an unknown method, TypeError where y is not (N, outputs).
@@ -38,10 +40,15 @@ def fit_anfis(
     """
     if method not in METHODS:
         raise ValueError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
+    if not isinstance(functions, int) and len(functions) != u.shape[-1]:
+        raise ValueError(
+            f"functions: expected {u.shape[-1]} numbers, one for each input, got {len(functions)}"
+        )
     if u.ndim != 2 or y.ndim != 2 or len(u) != len(y):
         raise TypeError(f"y: expected (N, outputs) with u (N, inputs), got {y.shape} and {u.shape}")
-    m = [_spread(kind, functions, u[:, i]) for i in range(u.shape[1])]
-    c = np.zeros((functions ** u.shape[1], y.shape[1], u.shape[1] + 1))
+    counts = [functions] * u.shape[1] if isinstance(functions, int) else list(functions)
+    m = [_spread(kind, count, u[:, i]) for i, count in enumerate(counts)]
+    c = np.zeros((prod(counts), y.shape[1], u.shape[1] + 1))
     checked = validation if validation is not None else (u, y)
     kept: Kept[tuple[list[Array], Array]] = Kept()
     adam = Adam(rate)

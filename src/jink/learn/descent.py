@@ -63,3 +63,9 @@ class Kept(Generic[T]):
                 "training: no step had a finite loss; are there numbers that are not finite in the data?"
             )
         return self._value
+
+
+def clipped(gradients: list[Array]) -> list[Array]:
+    """Shortened to a norm of one where it is larger."""
+    norm = np.sqrt(sum(float((g * g).sum()) for g in gradients))
+    return [g / max(1.0, norm) for g in gradients]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from ..arguments import Array
 from ..noise_network import NoiseNetwork
 from .data import Runs
-from .descent import Adam, Kept
+from .descent import Adam, Kept, clipped
 from .mlp import Parameters, as_network, initial
 from .noise import Rollout
 
@@ -21,9 +22,10 @@ def train_end_to_end(
     least: float = 1.0,
     most: float = 196.0,
     hidden: int = 16,
-    steps: int = 400,
-    batch: int = 256,
+    steps: int = 600,
+    batch: int = 128,
     rate: float = 0.02,
+    patience: int = 300,
     start: float | None = None,
     seed: int = 0,
     progress: Callable[[int, float], None] | None = None,
@@ -32,7 +34,8 @@ def train_end_to_end(
 
     Loss: the mean over runs of log(mean over scans of the squared distance + R), so that easy and hard targets count alike;
     Adam on batches, gradients through all scans by :class:`jink.learn.noise.Rollout`, clipped to norm 1. The parameters that do
-    best on the validation runs are kept. Before the first update the last noise is ``start``, by default ``least``.
+    best on the validation runs, looked at after every tenth step, are kept; ``patience`` steps without better ones end the training.
+    Before the first update the last noise is ``start``, by default ``least``.
     """
     rng = np.random.default_rng(seed)
     centre, scale = (0.5 * np.log(least * most), -0.5, -0.5), (0.25 * np.log(most / least), 2.0, 2.0)
@@ -45,22 +48,21 @@ def train_end_to_end(
     checked = Rollout(model, validation)
     kept: Kept[Parameters] = Kept()
     adam = Adam(rate)
+    last = 0
     for step in range(steps):
         some = training.take(rng.choice(len(training), min(batch, len(training)), replace=False))
         rollout = Rollout(model, some)
         _, slope = _loss(rollout.forward(values)[0], some)
-        gradients = rollout.backward(values, slope)
-        norm = np.sqrt(sum(float((g * g).sum()) for g in gradients))
         now = 0.5 * rate * (1 + np.cos(np.pi * step / steps))
-        values = adam.step(values, [g / max(1.0, norm) for g in gradients], now)
-        if step % 10 == 9:
-            kept.offer(_loss(checked.forward(values)[0], validation)[0], values)
+        values = adam.step(values, clipped(rollout.backward(values, slope)), now)
+        if step % 10 == 9 or step == steps - 1:
+            if kept.offer(_loss(checked.forward(values)[0], validation)[0], values):
+                last = step
             if progress:
                 progress(step, kept.loss)
-    return NoiseNetwork(
-        network=as_network(kept.value), inputs="log-nis", output="log-variance", centre=centre, scale=scale,
-        least=least, most=most, start=least if start is None else start, sensor_sd=training.sd,
-    )  # fmt: skip
+            if step - last >= patience:
+                break
+    return replace(model, network=as_network(kept.value))
 
 
 def _loss(position: Array, runs: Runs, first: int = 2) -> tuple[float, Array]:

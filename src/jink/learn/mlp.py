@@ -102,6 +102,15 @@ def backward(values: Parameters, layers: list[Array], slope: Array) -> tuple[Par
     return gradients, slope
 
 
+def slope_of_inputs(values: Parameters, layers: list[Array], slope: Array) -> Array:
+    """The second of :func:`backward` alone."""
+    for k in range(len(values) - 2, -1, -2):
+        slope = slope @ values[k]
+        if k:
+            slope = slope * (1 - layers[k // 2] ** 2)
+    return slope
+
+
 def as_network(values: Parameters) -> Network:
     """The parameters as a :class:`jink.Network`."""
     return Network([w.tolist() for w in values[::2]], [b.tolist() for b in values[1::2]])

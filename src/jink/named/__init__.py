@@ -12,7 +12,7 @@ from .adaptive import aimm3, aimm5, augmented, two_stage
 from .current_statistical import csaf, facs, imm_facs
 from .detecting import input_estimation, variable_dimension
 from .interacting import imm, imm_cv_ca, imm_cv_ct
-from .learned import anfis_kf, fuzzy_imm_, fuzzy_kalman, nn_kf, nnvsmm
+from .learned import anfis_kf, fuzzy_imm_, fuzzy_kalman, nn_kf, nnvsmm, nnvsmm_modes
 from .pseudo_bayesian import gpb1, gpb2, static
 from .purpose import ACCELERATION, Named, Purpose, Unfit
 from .single import kalman_ca, kalman_cv, singer
@@ -45,6 +45,7 @@ FILTERS: dict[str, Callable[[Purpose], Named]] = {
     "anfis-kf": anfis_kf,
     "nn-kf": nn_kf,
     "nnvsmm": nnvsmm,
+    "nnvsmm-modes": nnvsmm_modes,
 }
 SHORT = {"cv": "kalman-cv", "ca": "kalman-ca"}
 

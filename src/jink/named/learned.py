@@ -1,4 +1,3 @@
-# pyright: reportArgumentType=false
 """Learned filters: fuzzy process noise, aids of a Kalman filter, a network that chooses the noise.
 
 They were trained on other sensors and targets than a purpose's, and are scaled to its sensor; what they were trained on is said.
@@ -11,7 +10,7 @@ import numpy as np
 from ..filters.aided import Aided
 from ..filters.fuzzy_imm import FuzzyNoise, fuzzy_imm
 from ..filters.kalman import Kalman
-from ..filters.neural_vsmm import NetworkNoise
+from ..filters.neural_vsmm import NetworkNoise, NeuralModes
 from ..fuzzy import PUBLISHED, FuzzyRules
 from ..models import shipped
 from ..motion import ConstantVelocity
@@ -83,6 +82,18 @@ def nnvsmm(purpose: Purpose) -> Named:
     return Named(
         filter=Kalman(motion, purpose.sensor, outliers=purpose.outliers),
         words="Kalman filter whose noise a network chooses, trained on targets that change every few scans, scaled",
+    )
+
+
+def nnvsmm_modes(purpose: Purpose) -> Named:
+    """A network scores five noise levels in every scan; trained likewise, its bank scaled to the sensor's sd."""
+    trained = shipped("choi-2001-modes-wide", 0)
+    sds = [_sd(purpose) * motion.acceleration_sd for motion in trained.motions]
+    motions = [ConstantVelocity(acceleration_sd=sd) for sd in sds]
+    return Named(
+        filter=NeuralModes(motions, purpose.sensor, trained.network, outliers=purpose.outliers),
+        words=f"{len(motions)} noise levels of which a network weighs the best {trained.network.best}, trained on targets that "
+        "change every few scans, scaled",
     )
 
 

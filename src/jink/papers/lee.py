@@ -48,7 +48,7 @@ def alone(name: str, estimator: type[AugmentedAcceleration]) -> Callable[[Purpos
 
     def make(purpose: Purpose) -> Named:
         motion = estimator(acceleration_sd=NOISE, bias_sd=BIAS, bias_prior_sd=BIAS_PRIOR)
-        return named(f"{motion.name} by itself", Kalman(motion, purpose.seen))  # type: ignore[arg-type]
+        return named(f"{motion.name} by itself", Kalman(motion, purpose.seen))
 
     return make
 

@@ -1,0 +1,20 @@
+"""What all recipes for shipped models have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+Recipe = Callable[[int, bool], Any]  # seed, quick → the trained filter
+
+
+def test_runs(quick: bool) -> int:
+    """How many unseen runs a model is judged on."""
+    return 200 if quick else 2000
+
+
+def version() -> str:
+    """Of the jink that trained it."""
+    from .. import __version__
+
+    return __version__
