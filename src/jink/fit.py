@@ -88,7 +88,7 @@ def fit_filter(
     tracks = training.tracks
     if objective.name == "prediction":
         tracks = believed(start, tracks)
-    kept = Checkpoint.of(checkpoint, parameters, objective, tracks, seed)
+    kept = Checkpoint.of(checkpoint, parameters, objective, tracks, seed, starts)
     search = Search(
         parameters, objective, tracks, starts=starts, seed=seed, deadline=deadline,
         keep=kept.write if kept else None, report=progress,

@@ -89,7 +89,7 @@ class Fit:
             evaluations=found.evaluations, seconds=found.seconds, partial=found.partial,
             parts={START: shares(start, training.held_out), FITTED: shares(filter, training.held_out)},
         )  # fmt: skip
-        fit.warnings = warnings_of(fit, training, tracks)
+        fit.warnings = warnings_of(fit, training, tracks) + stumbles(found, filter)
         return fit
 
     def table(self) -> list[dict[str, Any]]:
@@ -174,6 +174,19 @@ UNITS = {
 
 def _within(u: Array, step: Array) -> Array:
     return u + np.clip(np.nan_to_num(step, nan=0.0, posinf=FARTHEST, neginf=-FARTHEST), -FARTHEST, FARTHEST)
+
+
+def stumbles(found: Found, filter: Any) -> list[str]:
+    """What went less well than usual in the search."""
+    said = []
+    if not differentiable(filter):
+        said.append("this filter has no gradient: fitted by CMA-ES, without intervals of its parameters")
+    first, count = found.stumbled
+    if count:
+        said.append(
+            f"{count} of {found.evaluations} places that were looked at give no number, the first: {first}"
+        )
+    return said
 
 
 def warnings_of(fit: Fit, training: Training, tracks: Tracks) -> list[str]:

@@ -27,7 +27,13 @@ class Checkpoint:
 
     @classmethod
     def of(
-        cls, path: str | Path | None, parameters: Parameters, objective: Objective, tracks: Tracks, seed: int
+        cls,
+        path: str | Path | None,
+        parameters: Parameters,
+        objective: Objective,
+        tracks: Tracks,
+        seed: int,
+        starts: int,
     ) -> Checkpoint | None:
         """For a search, or None without a path."""
         if path is None:
@@ -38,7 +44,7 @@ class Checkpoint:
             if array is not None:
                 digest.update(np.ascontiguousarray(array).tobytes())
         start = [round(float(u), 9) for u in parameters.start]
-        what = {"data": digest.hexdigest(), "objective": repr(objective), "seed": seed}
+        what = {"data": digest.hexdigest(), "objective": repr(objective), "seed": seed, "starts": starts}
         return cls(Path(path), {**what, "parameters": list(parameters.names), "start": start})
 
     def write(self, state: State) -> None:

@@ -51,7 +51,7 @@ class Likelihood:
         weight = None if tracks.new is None else tracks.new[:, None].astype(float)
         filter, tangents = parameters.filter(u), parameters.tangents(u)
         value, slope = gradient(filter, tangents, tracks, "likelihood", weight=weight)
-        check_finite(value, slope, parameters)
+        check_finite(value, slope, parameters, tracks)
         n = scored_rows(tracks)
         scores = _by_owner(-slope[:, :, 0].T / n, tracks)
         return Evaluation(-float(value.sum()) / n, scores.sum(axis=0), scores, n)
@@ -88,7 +88,7 @@ class Prediction:
             ahead=self.ahead,
             weight=counts,
         )
-        check_finite(value, slope, parameters)
+        check_finite(value, slope, parameters, tracks)
         return _from_sums(value, slope, counts, tracks, [[c] for c in range(tracks.z.shape[1])])
 
     def value(self, filter: Any, tracks: Tracks) -> float:
@@ -138,13 +138,13 @@ class Tracking:
         if self.per_scan:
             value, weight, count = self._by_scan(filter, tracks)
             sums, slope = gradient(filter, tangents, tracks, "tracking", weight=weight)
-            check_finite(sums, slope, parameters)
+            check_finite(sums, slope, parameters, tracks)
             scores = _by_owner(slope.sum(axis=2).T, tracks)
             return Evaluation(value, scores.sum(axis=0), scores, count)
         assert tracks.truth is not None
         counts = _counting(tracks, np.isfinite(tracks.truth))
         sums, slope = gradient(filter, tangents, tracks, "tracking", weight=counts)
-        check_finite(sums, slope, parameters)
+        check_finite(sums, slope, parameters, tracks)
         return _from_sums(sums, slope, counts, tracks, quantities(tracks))
 
     def value(self, filter: Any, tracks: Tracks) -> float:
@@ -234,13 +234,17 @@ def _by_owner(scores: Array, tracks: Tracks) -> Array:
     return out
 
 
-def check_finite(value: Array, slope: Array, parameters: Parameters) -> None:
+def check_finite(value: Array, slope: Array, parameters: Parameters, tracks: Tracks) -> None:
     """Errors: NotFinite, naming the track whose figure is no number, or the parameter and track of a derivative."""
+
+    def named(b: int) -> str:
+        return f"track {b}" + ("" if tracks.owner is None else f" (of {tracks.owner[b]})")
+
     if not np.isfinite(value).all():
-        raise NotFinite(f"track {int(np.argwhere(~np.isfinite(value))[0, 0])}: its figure is not finite")
+        raise NotFinite(f"the figure of {named(int(np.argwhere(~np.isfinite(value))[0, 0]))} is not finite")
     if not np.isfinite(slope).all():
         k, b, _ = np.argwhere(~np.isfinite(slope))[0]
-        raise NotFinite(f"{parameters.names[k]}: its derivative on track {b} is not finite")
+        raise NotFinite(f"the derivative by {parameters.names[k]} of {named(int(b))} is not finite")
 
 
 def believed(filter: Any, tracks: Tracks) -> Tracks:

@@ -10,37 +10,42 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array
+from ..named.tuning import golden_section
 from .gradient import Tracks, differentiable
 from .objectives import NotFinite, Objective
 from .parameters import Parameters
 
-WEAK = (
-    3.0  # sd of the prior on every u: parameters stay within a factor of some hundreds of where they started
-)
+WEAK = 3.0  # sd of the prior on every u: they stay within a factor of some hundreds of where they started
 FARTHEST = 12.0  # and never leave this
 SMALLEST, GROWTH = 6_000, 4  # rows of the first batch of tracks, and how it grows
 SHORT, LONG = 20, 200  # steps of a descent from each start, and from the best of them
 SCATTER = 1.0  # sd of the other starts, in u
-LOOSE, CLOSE = (
-    0.05,
-    0.002,
-)  # of the total log-likelihood, or what stands for it: a step that gains less ends a descent
+LOOSE, CLOSE = 0.05, 0.002  # of the total log-likelihood: a step that gains less ends a descent, the last one
 
 
 @dataclass
 class State:
-    """Where a search stands: what a checkpoint keeps."""
+    """Where a search stands: what a checkpoint keeps.
 
-    stage: int = 0  # batches done
+    stage: batches done; begin: where the stage under way began; told: what this stage's evaluations gave, value and slope each. A
+    search that is taken up goes the same way again from ``begin``, without evaluating what was told, and on from there.
+    """
+
+    stage: int = 0
+    begin: list[float] = field(default_factory=list)
+    told: list[list[float]] = field(default_factory=list)
     u: list[float] = field(default_factory=list)
-    value: float = np.inf  # of the batch of this stage, the prior in it
+    value: float = np.inf  # the least of this stage, the prior in it
     evaluations: int = 0
     seconds: float = 0.0
 
 
 @dataclass(frozen=True)
 class Found:
-    """u (P,); the figure there on all training tracks, prior left out; was the search cut short, and by Ctrl-C?"""
+    """u (P,); the figure there on all training tracks, prior left out; was the search cut short, and by Ctrl-C?
+
+    stumbled: where the figure or a derivative was no number on the way, the first of them in words and how many.
+    """
 
     u: Array
     value: float
@@ -48,6 +53,7 @@ class Found:
     partial: bool
     seconds: float
     interrupted: bool = False
+    stumbled: tuple[str, int] = ("", 0)
 
 
 class OutOfTime(Exception):
@@ -67,6 +73,8 @@ class Search:
     state: State = field(default_factory=State)
     keep: Callable[[State], None] | None = None
     report: Callable[[str, int, int], None] | None = None
+    stumbled: tuple[str, int] = ("", 0)
+    _place: int = 0  # of the next evaluation among those of this stage
 
     def run(self) -> Found:
         """Search until it is done, the deadline has passed or Ctrl-C; the best so far is kept.
@@ -79,7 +87,7 @@ class Search:
         try:
             for stage in range(self.state.stage, len(batches)):
                 self._stage(batches[stage], stage, len(batches))
-                self.state.stage = stage + 1
+                self.state.stage, self.state.begin, self.state.told = stage + 1, list(self.state.u), []
                 self.state.seconds = before + clock.perf_counter() - began
                 self._kept(force=True)
         except OutOfTime:
@@ -89,7 +97,7 @@ class Search:
         u = np.array(self.state.u if self.state.u else self.parameters.start)
         value = self.objective.value(self.parameters.filter(u), self.tracks)
         seconds = before + clock.perf_counter() - began
-        return Found(u, value, self.state.evaluations, partial, seconds, interrupted)
+        return Found(u, value, self.state.evaluations, partial, seconds, interrupted, self.stumbled)
 
     def batches(self) -> Any:
         """Ever more owners' tracks, in one random order; the last batch is all."""
@@ -107,8 +115,8 @@ class Search:
 
     def _stage(self, tracks: Tracks, stage: int, stages: int) -> None:
         words = f"{tracks.rows:,} rows"
-        begin = np.array(self.state.u) if self.state.u else self.parameters.start
-        self.state.value = np.inf
+        begin = np.array(self.state.begin) if self.state.begin else self.parameters.start
+        self.state.value, self._place = np.inf, 0
         if stage > 0 or not differentiable(self.parameters.filter(self.parameters.start)):
             self._descend(begin, tracks, words, LONG, stage, stages)
             return
@@ -145,43 +153,72 @@ class Search:
         )  # fmt: skip
 
     def _evolve(self, begin: Array, tracks: Tracks, words: str, stage: int, stages: int) -> None:
-        """CMA-ES, for figures without a gradient. Source: Hansen, The CMA Evolution Strategy: A Tutorial, 2016."""
+        """CMA-ES, for figures without a gradient; of one parameter golden section.
+
+        Source: Hansen, The CMA Evolution Strategy: A Tutorial, 2016.
+        """
+
+        def figure(u: Any) -> float:
+            return self._plain(np.asarray(u), tracks, words, stage, stages)
+
+        if len(begin) == 1:
+            golden_section(lambda u: figure([u]), begin[0] - WEAK, begin[0] + WEAK)
+            return
         import cma
 
         options = {"seed": self.seed + 1, "verbose": -9, "tolx": 1e-3, "maxfevals": 100 * len(begin)}
         strategy = cma.CMAEvolutionStrategy(begin, 0.5, options)
         while not strategy.stop():
             asked = strategy.ask()
-            strategy.tell(asked, [self._plain(np.asarray(u), tracks, words, stage, stages) for u in asked])
+            strategy.tell(asked, [figure(u) for u in asked])
 
     def _evaluated(
         self, u: Array, tracks: Tracks, words: str, stage: int, stages: int
     ) -> tuple[float, Array]:
-        try:
+        def anew() -> list[float]:
             found = self.objective.evaluate(self.parameters, u, tracks)
-        except (NotFinite, ValueError):
-            if not np.isfinite(self.state.value):
-                raise
-            return self.state.value + 1e3, np.zeros(len(u))
-        away = u - self.parameters.start
-        value = found.value + 0.5 * float(away @ away) / (WEAK**2 * found.count)
-        self._count(u, value, words, stage, stages)
-        return value, found.slope + away / (WEAK**2 * found.count)
+            away = u - self.parameters.start
+            value = found.value + 0.5 * float(away @ away) / (WEAK**2 * found.count)
+            return [value, *(found.slope + away / (WEAK**2 * found.count))]
+
+        value, *slope = self._told(u, anew, words, stage, stages)
+        return (value, np.array(slope)) if slope else (self.state.value + 1e3, np.zeros(len(u)))
 
     def _plain(self, u: Array, tracks: Tracks, words: str, stage: int, stages: int) -> float:
-        away = u - self.parameters.start
-        if np.abs(away).max() > FARTHEST:
-            return np.inf
-        value = self.objective.value(self.parameters.filter(u), tracks)
-        value += 0.5 * float(away @ away) / (WEAK**2 * max(tracks.rows, 1))
-        self._count(u, value, words, stage, stages)
-        return value
+        def anew() -> list[float]:
+            away = u - self.parameters.start
+            if np.abs(away).max() > FARTHEST:
+                return [np.inf]
+            value = self.objective.value(self.parameters.filter(u), tracks)
+            return [value + 0.5 * float(away @ away) / (WEAK**2 * max(tracks.rows, 1))]
 
-    def _count(self, u: Array, value: float, words: str, stage: int, stages: int) -> None:
-        self.state.evaluations += 1
-        if value < self.state.value:
-            self.state.value, self.state.u = value, [float(x) for x in u]
-            self._kept()
+        value = self._told(u, anew, words, stage, stages)[0]
+        return value if np.isfinite(value) else self.state.value + 1e3
+
+    def _told(
+        self, u: Array, anew: Callable[[], list[float]], words: str, stage: int, stages: int
+    ) -> list[float]:
+        """What the figure is at u, as a search that was taken up was told before, or anew; [inf] where it is no number."""
+        state, fresh = self.state, self._place >= len(self.state.told)
+        if fresh:
+            try:
+                state.told.append(anew())
+            except (NotFinite, ValueError) as error:
+                if not np.isfinite(state.value):
+                    raise
+                self.stumbled = (self.stumbled[0] or str(error), self.stumbled[1] + 1)
+                state.told.append([np.inf])
+            state.evaluations += 1
+        told = state.told[self._place]
+        self._place += 1
+        if told[0] < state.value:
+            state.value, state.u = told[0], [float(x) for x in u]
+        if fresh:
+            self._heard(words, stage, stages)
+        return told
+
+    def _heard(self, words: str, stage: int, stages: int) -> None:
+        self._kept()
         if self.report:
             self.report(f"{words}, step {self.state.evaluations}", stage, stages)
         if clock.monotonic() > self.deadline:
