@@ -48,8 +48,10 @@ def said(found: Fit, seed: int) -> str:
     """The figures of one fit."""
     gain = found.race.compare(FITTED, START, "prediction_score")
     prediction = found.race.compare(FITTED, START, "prediction_rmse")
+    scenario = found.record["scenario"]
+    words = found.training.replace(scenario, Path(scenario).name)
     out = [
-        f"seed {seed}: {found.name}, fitted on {found.training}; checked on {found.race.runs} other targets",
+        f"seed {seed}: {found.name}, fitted on {words}; checked on {found.race.runs} other targets",
         f"  log-likelihood per plot, fitted − default: {gain.difference:+.4f} ({gain.low:+.4f} … {gain.high:+.4f})"
         f"  {'reached' if gain.low > 0 else 'MISSED'}",
         f"  error of the predicted position, m: {prediction.difference:+.3f} ({prediction.low:+.3f} … {prediction.high:+.3f})",

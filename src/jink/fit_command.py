@@ -77,7 +77,16 @@ def _run(request: FitRequest) -> int:
         from .fit_table import show
 
         show(fit)
+        _say_where(output, report)
     return 130 if fit.partial and request.minutes is None else 0
+
+
+def _say_where(output: Path | None, report: Path | None) -> None:
+    """Where the filter and the page are, and what the filter is for."""
+    if output:
+        sys.stdout.write(f"\nfilter in {output}: jink track FILE --filter {output}\n")
+    if report:
+        sys.stdout.write(f"page in {report}\n")
 
 
 def _search(request: FitRequest, options: dict[str, Any], output: Path | None, report: Path | None) -> int:
