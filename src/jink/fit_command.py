@@ -82,7 +82,7 @@ def _run(request: FitRequest) -> int:
 
 def _search(request: FitRequest, options: dict[str, Any], output: Path | None, report: Path | None) -> int:
     """Candidates fitted in parallel; what is written is the best one."""
-    from .filters.bank import _threads
+    from .arguments import thread_count
     from .fit import chosen_objective, training_data
     from .fit_search import search
 
@@ -93,7 +93,7 @@ def _search(request: FitRequest, options: dict[str, Any], output: Path | None, r
     training = training_data(request.data, **options)
     found = search(
         training, chosen_objective(objective, training, ahead), names=_names([request.filter or ""]), minutes=request.minutes,
-        workers=_threads(None), seed=request.seed, free=_names(request.free), fixed=_names(request.fix),
+        workers=thread_count(None), seed=request.seed, free=_names(request.free), fixed=_names(request.fix),
         progress=_progress(request, "{stage} of {stages} fitted; under way: {words}"),
     )  # fmt: skip
     if output:
