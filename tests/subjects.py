@@ -121,7 +121,8 @@ NOT_CLAIMED: dict[str, dict[str, str]] = {
     },
     "split_gap_probability": because(
         "every row, measured or not, chooses anew which modes are alive", "vsmm-ds", "vsmm-ad", "vsmm-ag"
-    ),
+    )
+    | because("its detectors look back over so many rows, measured or not", "variable-dimension"),
     "smooth": NOT_SMOOTHED,
     "outlier_forgotten": {"kalman-ct-ukf": LED_ASTRAY} | because(LED_ASTRAY, "imm-cv-ct"),
     "rotation": CHOLESKY

@@ -33,8 +33,9 @@ def choose_filter(
         _check(chosen, components)
         return chosen
     name = DEFAULT if chosen is None else chosen
+    level = sd["range" if components[0] == "range" else "position"]
     purpose = Purpose(
-        sensor=sensor_of(components, sd), kind=kind, outliers=Outliers(), gap=gap, interval=interval
+        sensor=sensor_of(components, sd), kind=kind, sd=level, outliers=Outliers(), gap=gap, interval=interval
     )
     try:
         return FILTERS[canonical(name)](purpose).filter

@@ -1,4 +1,9 @@
-"""Acceleration estimated as a bias, and the adaptive IMM around it; noises in the proportions of lee-2003."""
+"""Acceleration estimated as a bias, and the adaptive IMM around it.
+
+The estimate that an adaptive IMM takes is run as in lee-2003, with a bias noise of a quarter of the kind's acceleration per scan; by
+itself, where that would leave hardly more than the measurements, with a tenth. Its modes have a tenth of it as noise, so that
+accelerations between the levels are theirs as well.
+"""
 
 from __future__ import annotations
 
@@ -13,13 +18,13 @@ STAY = 0.97  # from one interval to the next
 
 
 def two_stage(purpose: Purpose) -> Named:
-    """The two-stage estimator: bias noise a quarter of the kind's acceleration per scan, as lee-2003 runs it."""
-    return _single(purpose, TwoStageAcceleration(**_noises(purpose)), "two-stage estimator")
+    """The two-stage estimator: bias noise a tenth of the kind's acceleration per scan."""
+    return _single(purpose, TwoStageAcceleration(**_noises(purpose, 1 / 10)), "two-stage estimator")
 
 
 def augmented(purpose: Purpose) -> Named:
     """The optimal filter of the same model."""
-    return _single(purpose, AugmentedAcceleration(**_noises(purpose)), "augmented-state filter")
+    return _single(purpose, AugmentedAcceleration(**_noises(purpose, 1 / 10)), "augmented-state filter")
 
 
 def aimm3(purpose: Purpose) -> Named:
@@ -32,9 +37,9 @@ def aimm5(purpose: Purpose) -> Named:
     return _aimm(purpose, [0.5, 1.0])
 
 
-def _noises(purpose: Purpose) -> dict[str, float]:
+def _noises(purpose: Purpose, bias: float) -> dict[str, float]:
     a = purpose.acceleration
-    return {"acceleration_sd": a / 40, "bias_sd": a / 4, "bias_prior_sd": 0.79 * a}
+    return {"acceleration_sd": a / 40, "bias_sd": bias * a, "bias_prior_sd": 0.79 * a}
 
 
 def _single(purpose: Purpose, motion: Any, what: str) -> Named:
@@ -52,8 +57,8 @@ def _aimm(purpose: Purpose, steps: Sequence[float]) -> Named:
         levels,
         sensor,
         purpose.staying(STAY, modes),
-        acceleration_sd=a / 40,
-        estimator=TwoStageAcceleration(**_noises(purpose)),
+        acceleration_sd=a / 10,
+        estimator=TwoStageAcceleration(**_noises(purpose, 1 / 4)),
         outliers=purpose.outliers,
     )
     along = "along each axis " if axes > 1 else ""

@@ -12,21 +12,23 @@ from .interacting import STAYS
 from .purpose import Named, Purpose
 
 TIME_CONSTANT = 20.0  # s
+# of the kind's acceleration: near its limit the model has next to no noise, so limits lie well above what targets do
+LARGEST, THRESHOLD = 3.0, 4.0
 
 
 def csaf(purpose: Purpose) -> Named:
-    """Zhou's filter: accelerations up to 2.25 times the kind's (90 m/s² for 40, as in wang-2010)."""
+    """Zhou's filter: accelerations up to three times the kind's."""
     a = purpose.acceleration
     motion: Any = CurrentStatistical(
-        acceleration_max=2.25 * a, time_constant=TIME_CONSTANT, acceleration_prior_sd=0.75 * a
+        acceleration_max=LARGEST * a, time_constant=TIME_CONSTANT, acceleration_prior_sd=0.75 * a
     )
-    words = f'"current" statistical filter, acceleration_max {2.25 * a:g} m/s², time constant 20 s'
+    words = f'"current" statistical filter, acceleration_max {LARGEST * a:g} m/s², time constant 20 s'
     return Named(filter=Kalman(motion, purpose.seen, outliers=purpose.outliers), words=words)
 
 
 def facs(purpose: Purpose) -> Named:
-    """The same with fuzzy limits that reach 2.5 times the kind's acceleration (100 m/s² for 40, as in wang-2010)."""
-    words = f'"current" statistical filter with fuzzy limits up to {2.5 * purpose.acceleration:g} m/s²'
+    """The same with fuzzy limits that reach four times the kind's acceleration."""
+    words = f'"current" statistical filter with fuzzy limits up to {THRESHOLD * purpose.acceleration:g} m/s²'
     motion: Any = fuzzy_limits(purpose)
     return Named(filter=Kalman(motion, purpose.seen, outliers=purpose.outliers), words=words)
 
@@ -37,12 +39,12 @@ def imm_facs(purpose: Purpose) -> Named:
     modes: list[Any] = [ConstantVelocity(acceleration_psd=(a / 40) ** 2), fuzzy_limits(purpose)]
     return Named(
         filter=IMM(modes, purpose.seen, STAYS, outliers=purpose.outliers),
-        words=f"IMM of CV and FACS, limits up to {2.5 * a:g} m/s², mean stays 70 and 16 s",
+        words=f"IMM of CV and FACS, limits up to {THRESHOLD * a:g} m/s², mean stays 70 and 16 s",
     )
 
 
 def fuzzy_limits(purpose: Purpose) -> CurrentStatistical:
     """The model of `facs`."""
     a = purpose.acceleration
-    limits = FuzzyLimits(threshold=2.5 * a, operating=2.25 * a)
+    limits = FuzzyLimits(threshold=THRESHOLD * a, operating=0.9 * THRESHOLD * a)
     return CurrentStatistical(limits=limits, time_constant=TIME_CONSTANT, acceleration_prior_sd=0.75 * a)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import log, sqrt
+from math import ceil, log, sqrt
 from typing import Any
 
 from ..noise import Outliers, Sojourn
@@ -49,6 +49,11 @@ class Purpose:
     def acceleration(self) -> float:
         """What this kind of target pulls when it manoeuvres, m/s²."""
         return ACCELERATION[self.kind]
+
+    @property
+    def scans_to_show(self) -> int:
+        """Scans after which the kind's acceleration has moved a target by three sd of the sensor: a (n T)²/2 ≥ 3 sd."""
+        return max(1, ceil(sqrt(6.0 * self.sd / self.acceleration) / self.interval))
 
     @property
     def position_sd(self) -> float:

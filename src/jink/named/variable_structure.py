@@ -1,9 +1,14 @@
-"""Variable-structure IMMs over forty noise levels, in the proportions of choi-2001: variances 1, 6, … 196 for 40 m/s²."""
+"""Variable-structure IMMs over five noise levels, each three times the one before: a fortieth to twice the kind's acceleration.
+
+The forty levels of choi-2001 (`CHOI_2001`), of which neighbours differ by a few per cent, follow a target that changes
+slowly; one whose acceleration sets in at once has left long before they have climbed (docs/variable-structure.md).
+"""
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..filters.variable_structure import (
-    CHOI_2001,
     ActiveDigraph,
     AdaptiveGrid,
     DigraphSwitching,
@@ -13,17 +18,18 @@ from ..filters.variable_structure import (
 from ..motion import ConstantVelocity
 from .purpose import Named, Purpose
 
+LEVELS, LEAST, MOST = 5, 1 / 40, 2.0  # of the kind's acceleration
 STAY = 0.95  # from one scan to the next
+REACH = 2  # digraph switching: places from the likeliest level to the farthest alive
 ALIVE = 3
 
 
 def vsmm_ds(purpose: Purpose) -> Named:
-    """Digraph switching: the likeliest level and its two neighbours."""
+    """Digraph switching: the likeliest level and those up to two places from it."""
     levels = _levels(purpose)
-    filter = DigraphSwitching(
-        levels, purpose.seen, line_transition(len(levels), stay=STAY), outliers=purpose.outliers
-    )
-    return Named(filter=filter, words=f"digraph switching, {_words(levels)}, 3 alive")
+    chain = line_transition(len(levels), REACH, stay=STAY)
+    filter = DigraphSwitching(levels, purpose.seen, chain, outliers=purpose.outliers)
+    return Named(filter=filter, words=f"digraph switching, {_words(levels)}, up to {REACH} places apart")
 
 
 def vsmm_ad(purpose: Purpose) -> Named:
@@ -35,19 +41,18 @@ def vsmm_ad(purpose: Purpose) -> Named:
 
 
 def vsmm_ag(purpose: Purpose) -> Named:
-    """Adaptive grid: three points that move along the levels."""
+    """Adaptive grid: three points that move along the levels, at least one and a half levels apart."""
     levels = _levels(purpose)
-    filter = AdaptiveGrid(levels, purpose.seen, outliers=purpose.outliers)
+    filter = AdaptiveGrid(levels, purpose.seen, least_step=1.5, outliers=purpose.outliers)
     return Named(filter=filter, words=f"adaptive grid, {_words(levels)}, 3 points")
 
 
 def _levels(purpose: Purpose) -> list[ConstantVelocity]:
-    unit = (purpose.acceleration / 40) ** 2
-    return noise_levels([unit * variance for variance in CHOI_2001])
+    return noise_levels((purpose.acceleration * np.geomspace(LEAST, MOST, LEVELS)) ** 2)
 
 
 def _words(levels: list[ConstantVelocity]) -> str:
     return (
         f"{len(levels)} noise levels from {levels[0].acceleration_sd:.3g} to "
-        f"{levels[-1].acceleration_sd:.3g} m/s², equally spaced in variance"
+        f"{levels[-1].acceleration_sd:.3g} m/s², each {(MOST / LEAST) ** (1 / (LEVELS - 1)):.2g} times the one before"
     )
