@@ -11,6 +11,10 @@ import numpy as np
 from ..arguments import Array
 from ..corrector import CORRECTS, Corrector
 from ..filters.estimate import STATUS
+from ..filters.kalman import Kalman
+from ..motion import ConstantAcceleration
+from ..named.tuning import best_noise
+from ..sensor import Position
 from .anfis import fit_anfis
 from .data import Runs
 from .mlp import fit_network
@@ -173,3 +177,14 @@ def position_rms(filter: Any, runs: Runs, corrector: Corrector | None = None) ->
         error = error + correction(corrector, seen)["position"]
     good = seen.updated & np.isfinite(error)
     return np.array([np.sqrt(np.mean(error[..., a][good[..., a]] ** 2)) for a in range(runs.axes)])
+
+
+def tuned_acceleration(training: Runs, slowness: float = 1.0) -> Kalman:
+    """The constant-acceleration filter with the least position error on the runs, its noise then divided by slowness."""
+    sensor = Position(sd=training.sd, axes=training.axes)
+
+    def made(q: float) -> Kalman:
+        return Kalman(ConstantAcceleration(jerk_psd=q, acceleration_prior_sd=10.0), sensor)
+
+    q = best_noise(lambda q: float(position_rms(made(q), training).mean()), 1e-3, 1e4)
+    return made(q / slowness)

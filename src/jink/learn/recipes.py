@@ -87,7 +87,9 @@ def fuzzy_mode(training: Runs, validation: Runs, how: How) -> Kalman:
     if how.optimiser == "together":
         return Kalman(_fuzzy(_together(training, how, 1).modes[0]), _sensor(training))
     most, spread = (how.inputs or (how.acceleration,))[0], (2 * SHARES[0]) ** -0.5
-    rules = _identified(most / spread, training, how, 0, widen=spread)  # noise from a hundredth of that up to it
+    rules = _identified(
+        most / spread, training, how, 0, widen=spread
+    )  # noise from a hundredth of that up to it
     return Kalman(_fuzzy(rules), _sensor(training))
 
 
@@ -95,9 +97,9 @@ def aided(model: str) -> Recipe:
     """A filter with a corrector on its last innovations."""
 
     def make(training: Runs, validation: Runs, how: How) -> Aided:
-        from .aid import fit_corrector
+        from .aid import fit_corrector, tuned_acceleration
 
-        base = how.base if how.base is not None else _tuned(training)
+        base = how.base if how.base is not None else tuned_acceleration(training)
         settings: dict[str, Any] = {"hidden": (32,), "batch": 1024} if model == "network" else _SHAPE
         epochs = how.epochs or 60
         corrector = fit_corrector(
@@ -137,7 +139,8 @@ def noise_network(training: Runs, validation: Runs, how: How) -> Kalman:
 
 def mode_network(training: Runs, validation: Runs, how: How) -> NeuralModes:
     """A network that scores constant-velocity modes of five noises, on labels or on the tracking error itself."""
-    from .modes import train_scores, train_scores_end_to_end, untrained
+    from .modes import train_scores, untrained
+    from .modes_end_to_end import train_scores_end_to_end
 
     _plane(training)
     sds = how.inputs or tuple(np.geomspace(*RANGE, 5) * how.acceleration)
@@ -211,20 +214,6 @@ def _together(training: Runs, how: How, modes: int) -> Any:
         checkpoint=None if how.checkpoint is None else f"{os.fspath(how.checkpoint)}.0.npz",
         progress=how.counting("generation", generations), **how.given(population="population"),
     )  # fmt: skip
-
-
-def _tuned(training: Runs) -> Kalman:
-    """The constant-acceleration filter with the least position error on the runs."""
-    from ..motion import ConstantAcceleration
-    from ..named.tuning import best_noise
-    from .aid import position_rms
-
-    def made(q: float) -> Kalman:
-        return Kalman(ConstantAcceleration(jerk_psd=q, acceleration_prior_sd=10.0), _sensor(training))
-
-    return made(
-        best_noise(lambda q: float(np.sqrt((position_rms(made(q), training) ** 2).mean())), 1e-4, 1e4)
-    )
 
 
 def _corrected(base: Any, training: Runs) -> tuple[str, ...]:

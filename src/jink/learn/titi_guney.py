@@ -8,9 +8,6 @@ from typing import Any
 from ..corrector import Corrector
 from ..filters.aided import Aided
 from ..filters.kalman import Kalman
-from ..motion import ConstantAcceleration
-from ..named.tuning import best_noise
-from ..sensor import Position
 from ..trained import Trained
 from . import aid
 from .data import Runs, from_scenario, joined
@@ -43,7 +40,7 @@ def as_published(slowness: float, model: str, interval: float = 1.0) -> Recipe:
             runs_of((1,), min(n, 20) if quick else n, seed + k, interval)
             for k, n in enumerate(counts, start=1)
         )
-        filter = tuned_acceleration(training, slowness)
+        filter = aid.tuned_acceleration(training, slowness)
         settings: dict[str, Any] = {}
         if model in epochs:
             settings["epochs"] = min(epochs[model], 20) if quick else epochs[model]
@@ -60,7 +57,7 @@ def fed_by_history(model: str, count: int, **settings: Any) -> Recipe:
         training, validation = (
             _fleet((1, 3, 5), n, seed + k) for n, k in ((6 if quick else 60, 1), (6 if quick else 30, 2))
         )
-        filter = tuned_acceleration(training, 1.0)
+        filter = aid.tuned_acceleration(training, 1.0)
         more = {**settings, "epochs": 3} if quick else settings
         found = aid.fit_corrector(
             filter, training, validation, model=model, inputs="innovations", count=count, seed=seed, **more
@@ -79,17 +76,6 @@ def _fleet(targets: tuple[int, ...], runs: int, seed: int) -> Runs:
             for t in targets
         ]
     )
-
-
-def tuned_acceleration(training: Runs, slowness: float) -> Kalman:
-    """The constant-acceleration filter with the least position error on the runs, its noise then divided by slowness."""
-    sensor = Position(sd=training.sd, axes=1)
-
-    def made(q: float) -> Kalman:
-        return Kalman(ConstantAcceleration(jerk_psd=q, acceleration_prior_sd=10.0), sensor)
-
-    q = best_noise(lambda q: float(aid.position_rms(made(q), training)[0]), 1e-3, 1e4)
-    return made(q / slowness)
 
 
 def _aided(
