@@ -92,7 +92,7 @@ def test_rules_learned_from_a_file_are_written_shown_and_track_it(recorded, tmp_
     )
     assert done.exit_code == 0, done.output
     said = " ".join(done.output.split())
-    assert "scored against their truth" in said and "On held-out data the learned filter" in said
+    assert "with truth" in said and "On held-out data the learned filter" in said
     filter = jink.load(out)
     assert len(filter.modes) == 2
     words = [line for motion in filter.motions for line in motion.rules.describe()]

@@ -21,7 +21,6 @@ from .learn.recipes import RECIPES, How, missing_truth
 from .named import FILTERS, Unfit
 from .race.entrants import Entrant
 from .race.result import Race
-from .race.tracks import against_truth
 from .scenarios import Scenario
 
 LEARNED, BASE, NAMED = "learned", "unaided", "as shipped"
@@ -125,7 +124,7 @@ def learn(
     except (ValueError, TypeError) as error:
         raise InputError(f"{name}: {error}") from None
     seconds = clock.perf_counter() - began
-    race = _checked(training, known.sd, name, filter)
+    race = _checked(training, name, filter)
     learned = Learned(
         filter=filter, name=name, race=race, training=f"{training.words}, a quarter of them to validate", seconds=seconds,
         record={"scenario": training.name, "seed": seed, "runs": training.runs, "apart": training.apart, "noise": "the sensor's"},
@@ -176,7 +175,7 @@ def _split(runs: Runs, seed: int) -> tuple[Runs, Runs]:
     return runs.take(np.sort(order[some:])), runs.take(np.sort(order[:some]))
 
 
-def _checked(training: Training, sd: float, name: str, filter: Any) -> Race:
+def _checked(training: Training, name: str, filter: Any) -> Race:
     entrants = [Entrant(name=LEARNED, words=f"{name}, learned", filter=filter, fitted=training.words)]
     inner = getattr(filter, "filter_", None)
     if inner is not None:
@@ -186,8 +185,6 @@ def _checked(training: Training, sd: float, name: str, filter: Any) -> Race:
         entrants.append(Entrant(name=NAMED, words=shipped.words, filter=shipped.filter))
     except (Unfit, KeyError):
         pass
-    if training.purpose.recorded:
-        return against_truth(training, entrants, sd)
     return training.check(entrants)
 
 
