@@ -55,6 +55,7 @@ def test_network(scores):
     assert_gradients([*found, in_u], expected, 1e-7)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.4])
 @pytest.mark.parametrize(
     ("inputs", "output", "centre", "scale"),
     [
@@ -62,7 +63,7 @@ def test_network(scores):
         ("likelihood", "variance", (50.0, 0.1, 0.1), (50.0, 0.1, 0.1)),
     ],
 )
-def test_the_tracking_error_through_the_filter(inputs, output, centre, scale):
+def test_the_tracking_error_through_the_filter(inputs, output, centre, scale, share):
     runs = from_scenario("choi-2001-4", 3, 1)
     runs.time[:] = np.cumsum(np.random.default_rng(0).uniform(0.5, 1.5, runs.time.shape), axis=1)
     values = mlp.initial([3, 6, 1], np.random.default_rng(3))
@@ -71,10 +72,11 @@ def test_the_tracking_error_through_the_filter(inputs, output, centre, scale):
         least=1.0, most=196.0, start=1.0, output_centre=60.0, output_scale=20.0,
     )  # fmt: skip
     rollout = noise.Rollout(model, runs)
-    loss = lambda: end_to_end._loss(rollout.forward(values)[0], runs)[0]  # noqa: E731
+    loss = lambda: end_to_end._loss(rollout.forward(values), runs, share)[0]  # noqa: E731
     expected = differences(loss, values)
-    _, slope = end_to_end._loss(rollout.forward(values)[0], runs)
-    assert_gradients(rollout.backward(values, slope), expected, 1e-6)
+    _, slopes = end_to_end._loss(rollout.forward(values), runs, share)
+    assert len(slopes) == (2 if share else 1)
+    assert_gradients(rollout.backward(values, *slopes), expected, 1e-6)
 
 
 def test_the_tracking_error_through_the_modes():

@@ -47,15 +47,19 @@ def supervised(scenario: str, labels: str) -> Recipe:
     return make
 
 
-def end_to_end(scenario: str, least: float, most: float, steps: int) -> Recipe:
+def end_to_end(scenario: str, least: float, most: float, steps: int, velocity_share: float = 0.0) -> Recipe:
     """A noise network on the tracking error, for noises in this range."""
 
     def make(seed: int, quick: bool) -> Kalman:
         training, validation = _source(scenario, 200 if quick else 4000, seed)
         network = train_end_to_end(
-            training, validation, least=least, most=most, steps=20 if quick else steps, seed=seed
-        )
-        trained = _trained(training, "end to end on the tracking error", seed, _noise_filter(network), quick)
+            training, validation, least=least, most=most, steps=20 if quick else steps, seed=seed,
+            velocity_share=velocity_share,
+        )  # fmt: skip
+        method = "end to end on the tracking error"
+        if velocity_share:
+            method += f", {velocity_share:.0%} of it the velocity's"
+        trained = _trained(training, method, seed, _noise_filter(network), quick)
         return _noise_filter(replace(network, trained=trained))
 
     return make

@@ -34,6 +34,7 @@ TRAINERS: dict[str, Recipe] = {
     "nn-kf": titi_guney.fed_by_history("network", 8, hidden=(32,), epochs=60, batch=1024),
     "anfis-kf": titi_guney.fed_by_history("anfis", 4, functions=2, kind="gaussian", epochs=40),
     **CHOI,
+    "nnvsmm": choi_2001.end_to_end("broad", 0.01, 5000.0, 1200, velocity_share=0.2),
 }
 
 

@@ -88,8 +88,8 @@ class Rollout:
             u[:, 1:] = np.exp(-0.5 * nis) / np.sqrt(2 * np.pi * S)[:, None]
         return (u - self.centre) / self.scale, nis
 
-    def backward(self, values: Parameters, slope: Array) -> Parameters:
-        """Slopes in the parameters from those in the positions (B, S, 2) of the last forward."""
+    def backward(self, values: Parameters, slope: Array, velocity_slope: Array | None = None) -> Parameters:
+        """Slopes in the parameters from those in the positions and velocities (B, S, 2) of the last forward."""
         B, R = len(slope), self.R
         gp, gv = np.zeros((2, B, 2))
         gP0, gP1, gP2 = np.zeros((3, B))
@@ -99,6 +99,8 @@ class Rollout:
             T, s = self.T[k - 1], self.scans[k - 2]
             T2 = T * T
             gp = gp + slope[:, k]
+            if velocity_slope is not None:
+                gv = gv + velocity_slope[:, k]
             # the update
             gain, across = s.before / s.S, s.cross / s.S
             g_gain = (gp * s.r).sum(axis=1) + R * gP0

@@ -129,7 +129,8 @@ def noise_network(training: Runs, validation: Runs, how: How) -> Kalman:
         least, most = (float((share * how.acceleration) ** 2) for share in RANGE)
         network = train_end_to_end(
             training, validation, least=least, most=most, steps=steps, seed=how.seed,
-            start=float(np.sqrt(least * most)), progress=how.counting("step", steps),
+            start=float(np.sqrt(least * most)), velocity_share=0.2 if _known(training.velocity) else 0.0,
+            progress=how.counting("step", steps),
         )  # fmt: skip
         method = f"end to end on the tracking error, {steps} steps"
     network = replace(network, trained=_trained(training, method, how))

@@ -77,7 +77,7 @@ def _aided(purpose: Purpose, name: str, what: str) -> Named:
 def nnvsmm(purpose: Purpose) -> Named:
     """A network chooses the noise in every scan; trained end to end on targets of all kinds, scaled to the sensor's sd."""
     _needs_a_plane(purpose)
-    trained = shipped("choi-2001-wide", 0).motions[0].network
+    trained = shipped("nnvsmm").motions[0].network
     motion = NetworkNoise(ConstantVelocity(acceleration_sd=1.0), trained.scaled(_sd(purpose)))
     return Named(
         filter=Kalman(motion, purpose.sensor, outliers=purpose.outliers),
