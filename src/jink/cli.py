@@ -196,7 +196,11 @@ def reproduce(
     quick: Annotated[bool, typer.Option("--quick", help="A tenth of the runs or so.", **FLAG)] = False,
     retrain: Annotated[
         bool,
-        typer.Option("--retrain", help="Train the learned filters again, which takes a while (with --quick, less of it).", **FLAG),
+        typer.Option(
+            "--retrain",
+            help="Train the learned filters again, which takes a while (with --quick, less of it).",
+            **FLAG,
+        ),
     ] = False,
     quiet: options.Quiet = False,
 ) -> None:

@@ -137,7 +137,8 @@ def noise_network(training: Runs, validation: Runs, how: How) -> Kalman:
 
 def mode_network(training: Runs, validation: Runs, how: How) -> NeuralModes:
     """A network that scores constant-velocity modes of five noises, on labels or on the tracking error itself."""
-    from .modes import train_scores, train_scores_end_to_end, untrained
+    from .modes import train_scores, untrained
+    from .modes_end_to_end import train_scores_end_to_end
 
     _plane(training)
     sds = how.inputs or tuple(np.geomspace(*RANGE, 5) * how.acceleration)
