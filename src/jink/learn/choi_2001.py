@@ -17,8 +17,8 @@ from .data import Runs, from_scenario
 from .end_to_end import train_end_to_end
 from .modes import train_scores
 from .modes_end_to_end import train_scores_end_to_end
-from .recipe import Recipe, test_runs, version
 from .supervised import train_supervised
+from .trainer import Trainer, test_runs, version
 
 SD = 1.0  # m
 BANK = (1.0, 6.0, 16.0, 41.0, 91.0, 196.0)  # m²/s⁴: six of the paper's forty levels
@@ -34,7 +34,7 @@ def _source(scenario: str, runs: int, seed: int) -> tuple[Runs, Runs]:
     return training, validation
 
 
-def supervised(scenario: str, labels: str) -> Recipe:
+def supervised(scenario: str, labels: str) -> Trainer:
     """A noise network on labels of a training set."""
 
     def make(seed: int, quick: bool) -> Kalman:
@@ -47,7 +47,7 @@ def supervised(scenario: str, labels: str) -> Recipe:
     return make
 
 
-def end_to_end(scenario: str, least: float, most: float, steps: int, velocity_share: float = 0.0) -> Recipe:
+def end_to_end(scenario: str, least: float, most: float, steps: int, velocity_share: float = 0.0) -> Trainer:
     """A noise network on the tracking error, for noises in this range."""
 
     def make(seed: int, quick: bool) -> Kalman:
@@ -65,7 +65,7 @@ def end_to_end(scenario: str, least: float, most: float, steps: int, velocity_sh
     return make
 
 
-def modes_supervised(scenario: str) -> Recipe:
+def modes_supervised(scenario: str) -> Trainer:
     """Scores of the bank's modes on labels of a training set; the best three share the estimate."""
 
     def make(seed: int, quick: bool) -> NeuralModes:
@@ -78,7 +78,7 @@ def modes_supervised(scenario: str) -> Recipe:
     return make
 
 
-def modes_end_to_end(scenario: str, variances: tuple[float, ...]) -> Recipe:
+def modes_end_to_end(scenario: str, variances: tuple[float, ...]) -> Trainer:
     """Scores that start from labels and are made better on the tracking error through all modes; the best three share the estimate."""
 
     def make(seed: int, quick: bool) -> NeuralModes:

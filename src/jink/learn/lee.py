@@ -16,13 +16,13 @@ from .data import Runs, from_scenario
 from .genetic import Settings, identify
 from .interacting import identify_modes
 from .population import Errors, errors_of_rules, normalised
-from .recipe import Recipe, test_runs, version
+from .trainer import Trainer, test_runs, version
 
 SD = 500.0  # m
 INPUTS = (1.0, 10.0, 100.0)  # m/s²: the sub-models of lee-2003
 
 
-def by_genetic_algorithm(weight: float) -> Recipe:
+def by_genetic_algorithm(weight: float) -> Trainer:
     """Three sub-models by the paper's GA, its transition matrix."""
 
     def make(seed: int, quick: bool) -> IMM:
@@ -46,7 +46,7 @@ def _judged(rules: FuzzyRules, errors: Errors, test: Runs) -> FuzzyRules:
     return replace(rules, trained=replace(rules.trained, figures=figures, version=version()))
 
 
-def with_transition(scenario: str, modes: int, rules: int) -> Recipe:
+def with_transition(scenario: str, modes: int, rules: int) -> Trainer:
     """Rules and transition matrix together, on a scenario's own runs."""
 
     def make(seed: int, quick: bool) -> IMM | Kalman:

@@ -6,11 +6,11 @@ from typing import Any
 
 from ..arguments import unknown
 from . import choi_2001, lee, titi_guney
-from .recipe import Recipe
+from .trainer import Trainer
 
 CHOI_SETS = {"1": "line", "2": "circle", "3": "mixed"}  # the paper's training sets
 SEEDS = range(5)  # of the models of choi-2001, where one training is a lottery
-CHOI: dict[str, Recipe] = {
+CHOI: dict[str, Trainer] = {
     **{f"choi-2001-published-{k}": choi_2001.supervised(name, "published") for k, name in CHOI_SETS.items()},
     "choi-2001-expected": choi_2001.supervised("mixed", "expected"),
     "choi-2001-end-to-end": choi_2001.end_to_end("mixed", 1.0, 196.0, 600),
@@ -19,20 +19,22 @@ CHOI: dict[str, Recipe] = {
     "choi-2001-modes-end-to-end": choi_2001.modes_end_to_end("mixed", choi_2001.BANK),
     "choi-2001-modes-wide": choi_2001.modes_end_to_end("broad", choi_2001.WIDE_BANK),
 }
-TITI: dict[str, Recipe] = {
+TITI: dict[str, Trainer] = {
     f"titi-guney-{speed}{rate}-{model}": titi_guney.as_published(slowness, model, interval)
     for rate, interval in (("", 1.0), ("-20hz", 0.05))
     for speed, slowness in (("sluggish", 1e4), ("tuned", 1.0))
     for model in ("linear", "anfis", "network")
 }
-TRAINERS: dict[str, Recipe] = {
+# five innovations divide the rules, three older ones take part in their consequents alone
+ANFIS = {"functions": (2, 2, 2, 2, 2, 1, 1, 1), "kind": "gaussian", "epochs": 25, "rate": 0.05}
+TRAINERS: dict[str, Trainer] = {
     "lee-2003-ga": lee.by_genetic_algorithm(0.95),
     "lee-2003-ga-error": lee.by_genetic_algorithm(1.0),
     "lee-2003-best": lee.with_transition("lee-2003", 3, 2),
     "fuzzy-kalman": lee.with_transition("random-accelerations", 1, 6),
     **TITI,
     "nn-kf": titi_guney.fed_by_history("network", 8, hidden=(32,), epochs=60, batch=1024),
-    "anfis-kf": titi_guney.fed_by_history("anfis", 4, functions=2, kind="gaussian", epochs=40),
+    "anfis-kf": titi_guney.fed_by_history("anfis", 8, **ANFIS),
     **CHOI,
     "nnvsmm": choi_2001.end_to_end("broad", 0.01, 5000.0, 1200, velocity_share=0.2),
 }

@@ -11,7 +11,7 @@ from ..filters.kalman import Kalman
 from ..trained import Trained
 from . import aid
 from .data import Runs, from_scenario, joined
-from .recipe import Recipe, version
+from .trainer import Trainer, version
 
 SD = 50.0  # m
 
@@ -26,7 +26,7 @@ def runs_of(targets: tuple[int, ...], runs: int, seed: int, interval: float = 1.
     )
 
 
-def as_published(slowness: float, model: str, interval: float = 1.0) -> Recipe:
+def as_published(slowness: float, model: str, interval: float = 1.0) -> Trainer:
     """Target 1's Kalman filter, its noise tuned and then divided, aided from the paper's inputs.
 
     Trained on 20 runs of a scan a second, or on 4 of twenty, with as many steps of the network on either.
@@ -50,7 +50,7 @@ def as_published(slowness: float, model: str, interval: float = 1.0) -> Recipe:
     return make
 
 
-def fed_by_history(model: str, count: int, **settings: Any) -> Recipe:
+def fed_by_history(model: str, count: int, **settings: Any) -> Trainer:
     """The tuned filter of targets 1, 3 and 5, aided from its last innovations; judged on 2, 4 and 6."""
 
     def make(seed: int, quick: bool) -> Aided:

@@ -1,11 +1,11 @@
-"""What all recipes for shipped models have in common."""
+"""What the trainers of shipped models have in common."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
-Recipe = Callable[[int, bool], Any]  # seed, quick → the trained filter
+Trainer = Callable[[int, bool], Any]  # seed, quick → the trained filter
 
 
 def test_runs(quick: bool) -> int:
