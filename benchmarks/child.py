@@ -56,6 +56,15 @@ def run_adaptive(size: Size) -> dict[str, Any]:
     return {name: lap.costs for name, lap in laps.items()}
 
 
+def run_gradients(size: Size) -> dict[str, Any]:
+    """The log-likelihood with and without its derivatives: seconds per update, by job."""
+    from . import gradients
+
+    tracks, scans = (gradients.TRACKS, gradients.SCANS) if size is not TINY else (size.tracks, size.scans)
+    laps = race.run_race(gradients.jobs(tracks, scans), 3 * size.repetitions)
+    return {name: lap.costs for name, lap in laps.items()}
+
+
 def run_structure(size: Size) -> dict[str, Any]:
     """Variable structures against all forty modes: seconds per update, and position RMSE with its standard error."""
     from . import structure
@@ -186,7 +195,18 @@ def main(arguments: list[str] | None = None) -> int:
     """Run one task and print its result as one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "task", choices=["engine", "adaptive", "structure", "learning", "peers", "fresh", "threads", "memory"]
+        "task",
+        choices=[
+            "engine",
+            "adaptive",
+            "structure",
+            "learning",
+            "gradients",
+            "peers",
+            "fresh",
+            "threads",
+            "memory",
+        ],
     )
     parser.add_argument("--size", choices=SIZES, default="full")
     parser.add_argument("--outputs", choices=["STATES", "EVERYTHING"], default="STATES")
@@ -198,7 +218,7 @@ def main(arguments: list[str] | None = None) -> int:
         result = run_memory(size, options.outputs)
     else:
         tasks = {
-            "engine": run_engine, "adaptive": run_adaptive, "structure": run_structure, "peers": run_peers,
+            "engine": run_engine, "adaptive": run_adaptive, "structure": run_structure, "gradients": run_gradients, "peers": run_peers,
             "fresh": run_fresh, "threads": run_threads, "learning": run_learning,
         }  # fmt: skip
         result = tasks[options.task](size)

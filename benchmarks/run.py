@@ -17,7 +17,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from . import adaptive_targets, commands, learning, table, targets
+from . import adaptive_targets, commands, gradients, learning, table, targets
 
 ROOT = Path(__file__).resolve().parents[1]
 POOLS = (
@@ -28,7 +28,7 @@ POOLS = (
 # memory that is freed stays with the process, so that a round does not pay for pages fresh from the system
 KEPT = {"MALLOC_MMAP_MAX_": "0", "MALLOC_TRIM_THRESHOLD_": str(1 << 40)}
 TASKS = (
-    "engine", "adaptive", "structure", "learning", "peers", "fresh", "threads", "memory", "start", "track", "compare",
+    "engine", "adaptive", "structure", "learning", "gradients", "peers", "fresh", "threads", "memory", "start", "track", "compare",
 )  # fmt: skip
 FLAGS = {
     "v4": {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
@@ -45,6 +45,7 @@ def measure(chosen: tuple[str, ...], quick: bool) -> dict[str, Any]:
         "adaptive": lambda: {"adaptive": _attempt("adaptive", size, **KEPT)},
         "structure": lambda: {"structure": _attempt("structure", size, **KEPT)},
         "learning": lambda: {"learning": _attempt("learning", size, **KEPT)},
+        "gradients": lambda: {"gradients": _attempt("gradients", size, **KEPT)},
         "peers": lambda: {"peers": _attempt("peers", size, **KEPT)},
         "fresh": lambda: {"fresh": _attempt("fresh", size)},
         "threads": lambda: {"threads": _attempt("threads", size, **KEPT)},
@@ -104,7 +105,12 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     facts = machine()
     results = measure(tuple(options.only), options.quick)
-    rows = targets.rows(results) + adaptive_targets.rows(results) + learning.rows(results)
+    rows = (
+        targets.rows(results)
+        + adaptive_targets.rows(results)
+        + learning.rows(results)
+        + gradients.rows(results)
+    )
     if options.only != TASKS:
         rows = [row for row in rows if row.measured != "not measured" and "(not run)" not in row.measured]
     text = table.report(rows, results, facts, "quick: indicative only" if options.quick else "full")

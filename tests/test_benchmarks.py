@@ -11,7 +11,19 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks import cases, child, commands, engine, learning, peers, race, reference, table, targets
+from benchmarks import (
+    cases,
+    child,
+    commands,
+    engine,
+    gradients,
+    learning,
+    peers,
+    race,
+    reference,
+    table,
+    targets,
+)
 
 
 @pytest.fixture(scope="module")
@@ -118,3 +130,14 @@ def test_jobs_without_a_peer_follow_what_is_measured():
         away = np.hypot(*(x[:, :, [0, y]] - case.measurements()).transpose(2, 0, 1))
         assert np.isfinite(x).all()
         assert np.nanmedian(away) < 5 * cases.POSITION_SD
+
+
+def test_gradients_are_a_row_and_its_value_is_the_filters():
+    """The value with the derivatives is the log-likelihood; they are differences of it."""
+    job = gradients.jobs(3, 5)
+    both = job[gradients.SLOPES].run(None)
+    np.testing.assert_allclose(both[0], job[gradients.VALUE].run(None), rtol=1e-10)
+    assert both.shape == (1 + gradients.DERIVATIVES, 3)
+    row = gradients.rows({"gradients": child.run_gradients(child.TINY)})[0]
+    assert "ms" in row.measured and row.reached is not None
+    assert "not run" in gradients.rows({})[0].measured

@@ -56,6 +56,8 @@ class Checkpoint:
         try:
             body = json.loads(self.path.read_text(encoding="utf-8"))
             search, state = body["search"], State(**body["state"])
+            if not all(isinstance(n, int) for n in (state.stage, state.evaluations)):
+                raise TypeError
         except FileNotFoundError:
             raise InputError(f"there is no checkpoint {self.path} to resume from") from None
         except (ValueError, KeyError, TypeError, UnicodeDecodeError):
