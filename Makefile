@@ -33,7 +33,7 @@ lint: install
 	$(BIN)/pyright
 
 clean:
-	rm -rf build $(VENV) demo.html demo.parquet
+	rm -rf build $(VENV) demo.html demo.parquet fitted.json fitted.html
 
 fit-demo: install
-	$(BIN)/jink fit examples/flights.parquet --starts 1 --minutes 0.5 -o fitted.json --report fitted.html
+	$(BIN)/jink fit examples/flights.parquet --starts 1 --minutes 0.4 -o fitted.json --report fitted.html

@@ -1,4 +1,7 @@
-"""Write the outputs of commands in docs/ anew: the text block after each mark `<!-- run: jink … -->`."""
+"""Write the outputs of commands in docs/ anew: the text block after each mark `<!-- run: jink … -->`.
+
+A mark that ends in ` | head -N` shows the first N lines.
+"""
 
 import os
 import re
@@ -8,11 +11,12 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-MARK = re.compile(r"(<!-- run: (.+?) -->\n```text\n).*?(\n```\n)", re.DOTALL)
+MARK = re.compile(r"(<!-- run: ([^\n]+?) -->\n```text\n)(?:.*?\n)??(```\n)", re.DOTALL)
 
 
 def printed(command: str) -> str:
     """What a command prints on a terminal of 120 columns."""
+    command, _, count = command.partition(" | head -")
     program, *arguments = shlex.split(command)
     done = subprocess.run(
         [str(Path(sys.executable).with_name(program)), *arguments],
@@ -22,7 +26,8 @@ def printed(command: str) -> str:
         text=True,
         check=True,
     )
-    return "\n".join(line.rstrip() for line in done.stdout.strip().splitlines())
+    lines = done.stdout.strip().splitlines()
+    return "\n".join(line.rstrip() for line in lines[: int(count) if count else None])
 
 
 def main() -> None:
@@ -30,7 +35,7 @@ def main() -> None:
     for page in map(Path, sys.argv[1:]) if sys.argv[1:] else sorted((ROOT / "docs").glob("*.md")):
         text = page.read_text(encoding="utf-8")
         if MARK.search(text):
-            text = MARK.sub(lambda m: m[1] + printed(m[2]) + m[3], text)
+            text = MARK.sub(lambda m: m[1] + printed(m[2]) + "\n" + m[3], text)
             page.write_text(text, encoding="utf-8")
 
 

@@ -122,3 +122,16 @@ def test_a_file_with_truth_is_judged_by_it(tmp_path):
     square = (x**2 + y**2)[np.asarray(tracks.counts)]
     assert after == pytest.approx(float(np.sqrt(square.mean())), rel=1e-9)
     assert any("position" in line for line in found.verdicts())
+
+
+def test_the_command_says_where_it_wrote_and_the_page_shows_the_parts(tmp_path, capsys):
+    from jink.fit_command import FitRequest, run_fit
+
+    data, out, page = recorded(tmp_path, 12, 0), tmp_path / "my.json", tmp_path / "my.html"
+    request = FitRequest(data, str(out), filter="kalman-cv", kind="vehicle", starts=1, report=str(page))
+    assert run_fit(request) == 0
+    said = capsys.readouterr().out
+    assert "NIS inside its 95% band" in said and f"--filter {out}" in " ".join(said.split())
+    text = page.read_text(encoding="utf-8")
+    assert "Consistency by part of the tracks" in text and "straight" in text
+    assert "log-likelihood gained so far" in text and jink.load(out).fitted["kind"] == "vehicle"

@@ -101,6 +101,8 @@ def fit_filter(
         found = search.run()
     except NotFinite as error:
         raise InputError(f"the fit cannot begin at {name}: {error}") from None
+    if progress:
+        progress("standard errors, and the check on data held out", 0, 0)
     return Fit.made(training, name, start, parameters, objective, tracks, found, seed=seed)
 
 

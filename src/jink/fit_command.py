@@ -63,6 +63,7 @@ def _run(request: FitRequest) -> int:
         request.data, request.filter or "imm", free=_names(request.free), fixed=_names(request.fix), minutes=request.minutes,
         checkpoint=checkpoint, resume=request.resume, starts=request.starts, progress=_progress(request), **options,
     )  # fmt: skip
+    _clear(request)
     if checkpoint and not fit.partial and not request.checkpoint:
         Path(checkpoint).unlink(missing_ok=True)
     if output:
@@ -105,6 +106,7 @@ def _search(request: FitRequest, options: dict[str, Any], output: Path | None, r
         workers=thread_count(None), seed=request.seed, free=_names(request.free), fixed=_names(request.fix),
         progress=_progress(request, "{stage} of {stages} fitted; under way: {words}"),
     )  # fmt: skip
+    _clear(request)
     if output:
         found.fit.save(output)
     if report:
@@ -157,6 +159,13 @@ def checked_outputs(filter: str | None, page: str | None, data: str) -> tuple[Pa
     return output, report
 
 
+def _clear(request: FitRequest) -> None:
+    """Take the line of progress away."""
+    if _progress(request):
+        sys.stderr.write("\r\033[K")
+        sys.stderr.flush()
+
+
 def _names(given: Sequence[str]) -> list[str]:
     return [name.strip() for item in given for name in item.split(",") if name.strip()]
 
@@ -166,7 +175,7 @@ def _progress(request: FitRequest, form: str = "{words} (batch {begun} of {stage
         return None
 
     def say(words: str, stage: int, stages: int) -> None:
-        said = form.format(words=words, stage=stage, begun=stage + 1, stages=stages)
+        said = form.format(words=words, stage=stage, begun=stage + 1, stages=stages) if stages else words
         sys.stderr.write(f"\r\033[K{said}")
         sys.stderr.flush()
 

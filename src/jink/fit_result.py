@@ -205,6 +205,10 @@ def warnings_of(fit: Fit, training: Training, tracks: Tracks) -> list[str]:
     if fit.partial:
         said.append("cut short: these are the best parameters so far")
     said += _consistency(fit)
+    if "imm" in fit.race.tallies and any(
+        fit.race.compare(FITTED, "imm", m).verdict == "worse" for m in fit.judged[:1]
+    ):
+        said.append("the default IMM, not fitted, is better on held-out data: fit that one (--filter imm)")
     if not fit.gain:
         worse = any(fit.race.compare(FITTED, START, m).verdict == "worse" for m in fit.judged)
         said.append("worse than before on held-out data" if worse else "no gain over before on held-out data")

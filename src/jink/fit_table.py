@@ -81,7 +81,7 @@ def share(figure: Figure) -> str:
 
 def verdict(fit: Fit) -> str:
     """One sentence."""
-    return "On held-out data: a gain." if fit.gain else "On held-out data: no gain."
+    return f"On held-out data: {'a' if fit.gain else 'no'} gain over the filter as it was."
 
 
 def broken(name: str) -> str:

@@ -31,10 +31,16 @@ def from_file(path: str, purpose: Purpose, seed: int, runs: int) -> Entrant:
         name=path,
         words=words,
         filter=filter,
-        fitted=f"{fitted.get('runs', 'some')} runs of seed {fitted.get('seed', '?')}" if here else "",
+        fitted=_on_what(fitted) if here else "",
         in_sample=here and _in_sample(fitted, seed),
         note=note,
     )
+
+
+def _on_what(fitted: dict[str, Any]) -> str:
+    if fitted.get("apart") == "seed":
+        return f"the other half of this file, as seed {fitted.get('seed', '?')} splits it"
+    return f"{fitted.get('runs', 'some')} runs of seed {fitted.get('seed', '?')}"
 
 
 def _in_sample(fitted: dict[str, Any], seed: int) -> bool:

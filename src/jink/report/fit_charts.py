@@ -38,8 +38,8 @@ def lines(time: Array, drawn: list[Line], title: str, top: float | None = None) 
     return _svg(parts, title)
 
 
-def bars(values: Array, title: str) -> str:
-    """Bars from zero up and down, in the order given."""
+def bars(values: Array, title: str, level: float | None = None) -> str:
+    """Bars from zero up and down, in the order given; a dashed line at a level they should reach."""
     if not len(values):
         return "<p>nothing to show</p>"
     high, low = max(float(values.max()), 0.0), min(float(values.min()), 0.0)
@@ -60,6 +60,10 @@ def bars(values: Array, title: str) -> str:
             f'x="{LEFT + k * width:.1f}" y="{y:.1f}" width="{max(width - 1, 0.8):.1f}" height="{height:.1f}"'
         )
         parts.append(f'<rect {box} style="fill:var(--{colour})"/>')
+    if level is not None:
+        y = zero - level / span * room
+        style = "stroke:var(--ink);stroke-dasharray:4 3"
+        parts.append(f'<line x1="{LEFT}" x2="{WIDTH}" y1="{y:.1f}" y2="{y:.1f}" style="{style}"/>')
     return _svg(parts, title)
 
 

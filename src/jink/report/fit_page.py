@@ -182,7 +182,7 @@ def _histogram(check: Consistency) -> str:
     share = 100 * int(check.inside.sum()) / n
     counts = check.histogram / max(check.histogram.mean(), 1e-12)
     words = f"<p>{share:.1f} % of NIS inside the 95 % band; bars level with 1 mean that errors are as believed</p>"
-    return words + bars(counts, "times the expected count")
+    return words + bars(counts, "times the expected count", level=1.0)
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
