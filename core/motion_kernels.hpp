@@ -1,6 +1,8 @@
 // Which kernel belongs to which motion model; included by the one translation unit per number type that instantiates them.
 #pragma once
 
+#include "motion_acceleration.hpp"
+#include "motion_turn.hpp"
 #include "predict.hpp"
 
 namespace jink::inline JINK_LEVEL {
