@@ -106,6 +106,13 @@ class Bank:
         return getattr(self._engine, "components", None) or component_names(self.motions, self.axes)
 
     @property
+    def counts_rows(self) -> bool:
+        """Is a row without a measurement more than the time that passes: to detectors, modes alive, or noise from residuals?"""
+        parts = self._declared[3] if self._declared else Parts()
+        decides = parts.proposal is not None or parts.detect[0] > 0
+        return decides or any(getattr(m, "remembers", False) for m in self.motions)
+
+    @property
     def numbers(self) -> Array:
         """The numbers the engine runs on, those it can be differentiated by; see :mod:`jink.learn.gradient`."""
         return np.asarray(_engine.native.numbers(self._engine))
