@@ -51,12 +51,6 @@ template <class T> class Adaptation {
         carry[2 * axes] = select<T>(which, splat<T>(0.0), carry[2 * axes]);
     }
 
-    // The measurement was rejected: as if there had been none.
-    void missed(int axes, const T *before, T *carry, Mask<T> which) const {
-        for (int a = 0; a < axes; ++a) carry[axes + a] = select<T>(which, before[axes + a], carry[axes + a]);
-        carry[2 * axes] = select<T>(which, splat<T>(0.0), carry[2 * axes]);
-    }
-
     // The variance of each axis. `in` is the mode predicted without noise, `unit` the variance of a position after this step per
     // unit of each axis' variance; without a measured position the last variance is kept and the change of residual starts anew.
     void operator()(const T *in, int block, int axes, int n, const T *unit, const Fix<T> *fix, T *carry, T *variance) const {

@@ -82,6 +82,14 @@ template <class T> class Propagate {
         if (const Mode<T> *side = c.side()) side->kernels.predict(&s.arena[side->place], coefficient(m), input, &predicted[side->place]);
     }
 
+    // The same from the same state as if nothing had been measured, in some lanes: modes that adapt to residuals keep their noise.
+    void again_without_fix(TrackState<T> &s, const T *input, Mask<T> which) {
+        const std::vector<T> taken = predicted, asked = noises;
+        (*this)(s, last_dt, input, nullptr);
+        for (std::size_t k = 0; k < taken.size(); ++k) predicted[k] = select<T>(which, predicted[k], taken[k]);
+        for (std::size_t k = 0; k < asked.size(); ++k) noises[k] = select<T>(which, noises[k], asked[k]);
+    }
+
     // GPB2's pairs as one prediction per mode, for those who look at it.
     void merge_pairs() {
         const int m = c.count;
@@ -114,7 +122,7 @@ template <class T> class Propagate {
 
     // The slots' modes of this scan and how they follow from those of the last.
     void take_up(TrackState<T> &s, T dt) {
-        proposal.choose_after(s, dt);
+        proposal.choose(s, dt);
         proposal.transition(s, dt, pi.data());
         for (int j = 0; j < c.count; ++j)
             if (proposal.numbers.load(s, j)) prepare(j, dt, proposal.numbers.parameters(j));
@@ -135,9 +143,12 @@ template <class T> class Propagate {
             return;
         }
         for (int j = 0; j < m; ++j) {
-            const T over = reciprocal(c.proposes() ? select<T>(prior[j] > zero, prior[j], one) : prior[j]);
-            for (int i = 0; i < m; ++i)
-                weights[j * m + i] = c.declared.interaction == Interaction::gpb1 ? s.probability[i] : weights[j * m + i] * over;
+            const Mask<T> reached = c.proposes() ? prior[j] > zero : splat_mask<T>(true);  // the others start from all alike
+            const T over = reciprocal(select<T>(reached, prior[j], one));
+            for (int i = 0; i < m; ++i) {
+                T &w = weights[j * m + i];
+                w = c.declared.interaction == Interaction::gpb1 ? s.probability[i] : select<T>(reached, w * over, s.probability[i]);
+            }
         }
     }
 

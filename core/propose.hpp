@@ -51,20 +51,19 @@ template <class T> class Proposal {
             }
     }
 
-    // After a scan: `alive` is what was run, `next` what will be, where that does not depend on when.
-    void choose(TrackState<T> &s, Mask<T> which) {
+    // After a scan: `alive` is what was run; a grid's next points are known.
+    void close(TrackState<T> &s, Mask<T> which) const {
         for (int j = 0; j < slots; ++j) s.alive[j] = select<T>(which, s.next[j], s.alive[j]);
-        if (d.propose.kind == Propose::grid) return regrid(s, which);
-        if (d.propose.kind != Propose::digraph) return;
-        neighbours_of_likeliest(s);
-        for (int j = 0; j < slots; ++j) s.next[j] = select<T>(which, chosen[j], s.next[j]);
+        if (d.propose.kind == Propose::grid) regrid(s, which);
     }
 
-    // Before a scan, when the elapsed time is known.
-    void choose_after(TrackState<T> &s, T dt) {
-        if (d.propose.kind != Propose::active) return;
-        for (int l = 0; l < width<T>; ++l) likeliest(s, l, lane(dt, l));
-        s.next = chosen;
+    // Before a scan, when the elapsed time is known: the next modes of a graph. Over no time the same stay alive.
+    void choose(TrackState<T> &s, T dt) {
+        if (d.propose.kind == Propose::digraph) neighbours_of_likeliest(s);
+        else if (d.propose.kind == Propose::active) {
+            for (int l = 0; l < width<T>; ++l) likeliest(s, l, lane(dt, l));
+        } else return;
+        for (int j = 0; j < slots; ++j) s.next[j] = select<T>(dt > splat<T>(0.0), chosen[j], s.alive[j]);
     }
 
     // Probabilities of all modes of the set, from those of the slots.
@@ -160,7 +159,7 @@ template <class T> class Proposal {
             const int from = int(lane(s.alive[i], l));
             if (from < 0) continue;
             const double p = std::max(lane(s.probability[i], l), 1e-300), stay = staying(d.transition[from * all + from], dt);
-            double over = dt > 0.0 ? 1.0 : 0.0;
+            double over = 1.0;
             if (d.continuous) over = leaving[from] > 0.0 ? (1.0 - stay) / leaving[from] : 0.0;
             reach(from, stay * p);
             for (int e = first_edge[from]; e < first_edge[from + 1]; ++e) reach(edges[e].to, over * edges[e].share * p);

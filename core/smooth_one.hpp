@@ -52,6 +52,12 @@ template <class T> class SmoothOne {
         }
         add_congruence(n, n, G, P, Ps);
         add_congruence(n, n, C, noise, Ps);
+        for (int r = 0; r < n; ++r) {  // what the sums above may have lost to rounding, from above
+            T reach = splat<T>(0.0);
+            for (int k = 0; k < n; ++k)
+                reach = reach + magnitude(G[r * n + k]) * square_root(P[packed(k, k)]) + magnitude(C[r * n + k]) * square_root(noise[packed(k, k)]);
+            Ps[packed(r, r)] = Ps[packed(r, r)] + rounding_share(n) * reach * reach;
+        }
         for (int k = 0; k < n; ++k) after[k] = select<T>(next.linked, xs[k], x[k]);
         for (int k = 0; k < packed_size(n); ++k) after[n + k] = select<T>(next.linked, Ps[k], P[k]);
     }

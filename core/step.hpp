@@ -19,7 +19,7 @@ template <class T> SensorSpec seen(const Sensor<T> &sensor) {
 
 template <class T> class Step {
   public:
-    explicit Step(const Composition<T> &composition) : c(composition), ahead(composition), estimation(composition), dimension(composition), scores(composition) {
+    explicit Step(const Composition<T> &composition) : c(composition), ahead(composition), estimation(composition), dimension(composition), scores(composition), before(composition) {
         const int hypotheses = ahead.pairwise() ? c.count * c.count : c.count;
         innovations.resize(hypotheses + c.declared.side.size());
         for (auto &v : innovations) {
@@ -46,7 +46,7 @@ template <class T> class Step {
         dt = select<T>(scan.active, dt, zero);
         if (c.residuals) {
             const Fix<T> fix = position_of(scan);
-            if (c.declared.outlier_share > 0.0) before = s.carry;
+            if (c.declared.outlier_share > 0.0) before = s;
             ahead(s, dt, scan.input, &fix);
         } else {
             ahead(s, dt, scan.input, nullptr);
@@ -63,7 +63,7 @@ template <class T> class Step {
         }
         if (dimension.active())
             dimension(s, position_of(scan), dt, innovations[0].nis, out.scored & inverse(out.gated), scan.active & s.running, out.initialised | out.restarted);
-        else if (c.proposes()) ahead.proposal.choose(s, scan.active);
+        else if (c.proposes()) ahead.proposal.close(s, scan.active);
         return out;
     }
 
@@ -107,7 +107,8 @@ template <class T> class Step {
     InputEstimation<T> estimation;
     VariableDimension<T> dimension;
     Scores<T> scores;
-    std::vector<T> log_prior, posterior, updated, before;  // updated: pairs; before: the carry before this scan
+    std::vector<T> log_prior, posterior, updated;  // updated: pairs
+    TrackState<T> before;                          // the scan, where some mode adapts to residuals
     std::vector<Innovation<T>> innovations;       // of each mode or pair of modes, then of the side estimator
     int always = plain;
 
@@ -139,13 +140,13 @@ template <class T> class Step {
 
     // Lanes with different sensors: each sensor's lanes are stepped as if they were alone, the others kept.
     void several(TrackState<T> &s, const Scan<T> &scan, int detail, Outcome<T> &out) {
-        const TrackState<T> before = s;
+        const TrackState<T> held = s;
         TrackState<T> after = s;
         for (int sensor = 0; sensor < int(c.sensors.size()); ++sensor) {
             Mask<T> mine = splat_mask<T>(false);
             for (int l = 0; l < width<T>; ++l) set_lane(mine, l, scan.sensor[l] == sensor);
             if (!any(mine)) continue;
-            TrackState<T> trial = before;
+            TrackState<T> trial = held;
             Outcome<T> part;
             Measurement<T> m;
             measure(scan, c.sensors[sensor], mine, m);
@@ -199,7 +200,7 @@ template <class T> class Step {
         weigh(s, dof, out);
         if (ahead.pairwise()) collapse(s);
         if (scores.active()) scores(s, ahead.prior.data(), innovations.data(), dof);
-        if (gating) gate(s, log_outlier, out);
+        if (gating) gate(s, scan.input, log_outlier, out);
         if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
         s.last_accepted = select<T>(out.measured & inverse(out.gated), s.time, s.last_accepted);
         if (!s.settled || any(out.restarted)) begin(s, sensor.spec, scan, sensor, out);
@@ -214,7 +215,8 @@ template <class T> class Step {
         } else {
             T *after = ahead.pairwise() ? posterior.data() : s.probability.data();
             if (c.proposes())
-                for (int j = 0; j < n; ++j) innovations[j].nis = select<T>(living(s.next[j]), innovations[j].nis, splat<T>(1e300));
+                for (int j = 0; j < n; ++j)
+                    innovations[j].nis = select<T>(living(s.next[j]) & (h.prior[j] > splat<T>(0.0)), innovations[j].nis, splat<T>(1e300));
             // c_j N_j / max over exp(-nis/2) of the best fitting mode, which cannot all underflow
             T least = innovations[0].nis;
             for (int j = 1; j < n; ++j) least = smaller<T>(innovations[j].nis, least);
@@ -247,7 +249,7 @@ template <class T> class Step {
 
     // A measurement is either the target's, with the innovation's density over all modes, or an outlier, uniform over the
     // sensor's extent. The likelihood is that of the mixture; at run time the likelier of the two is believed.
-    void gate(TrackState<T> &s, T log_outlier, Outcome<T> &out) {
+    void gate(TrackState<T> &s, const T *input, T log_outlier, Outcome<T> &out) {
         const T target = out.log_likelihood + c.log_target_share, outlier = log_outlier + c.log_outlier_share;
         const T high = larger<T>(target, outlier), low = smaller<T>(target, outlier);
         const T mixture = high + logarithm<T>(1.0 + exponential<T>(low - high));
@@ -255,11 +257,14 @@ template <class T> class Step {
         out.gated = out.measured & (target < outlier) & s.running;
         s.rejections = select<T>(out.measured, select<T>(out.gated, s.rejections + 1.0, splat<T>(0.0)), s.rejections);
         if (!any(out.gated)) return;
-        for (const Mode<T> &mode : c.modes) {
+        if (c.residuals) {
+            TrackState<T> same = before;
+            ahead.again_without_fix(same, input, out.gated);
+            for (std::size_t k = 0; k < s.carry.size(); ++k) s.carry[k] = select<T>(out.gated, same.carry[k], s.carry[k]);
+        }
+        for (const Mode<T> &mode : c.modes)
             for (int k = mode.place; k < mode.place + mode.size(); ++k)
                 s.arena[k] = select<T>(out.gated, ahead.predicted[k], s.arena[k]);
-            if (mode.adapt.needs_residual()) mode.adapt.missed(mode.shape.axes, &before[mode.carry], &s.carry[mode.carry], out.gated);
-        }
         for (int j = 0; j < c.count; ++j) s.probability[j] = select<T>(out.gated, ahead.prior[j], s.probability[j]);
         if (c.declared.restart_after > 0)
             out.restarted = out.gated & (s.rejections >= splat<T>(c.declared.restart_after));

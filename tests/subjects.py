@@ -109,6 +109,7 @@ NOT_SMOOTHED = (
     | because("the modes alive are others in every scan", "vsmm-ds", "vsmm-ad", "vsmm-ag")
     | because("it changes its past estimate by decisions", "input-estimation", "variable-dimension")
     | because("its correction is learned for the filtered estimate", "anfis-kf", "nn-kf")
+    | because("its weights are a network's scores, not probabilities", "nnvsmm-modes")
 )
 NOT_CLAIMED: dict[str, dict[str, str]] = {
     "linear_gaussian": NONLINEAR | OWN,

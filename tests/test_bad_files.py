@@ -20,6 +20,7 @@ from jink.named import FILTERS, Purpose
 
 FLIGHTS = Path(__file__).parent.parent / "examples" / "flights.parquet"
 SPACE = jink.Position(sd=25.0, axes=3)
+FUZZY = jink.CurrentStatistical(limits=jink.FuzzyLimits(threshold=7.5, operating=6.75))
 
 
 def saved(filter, tmp_path) -> dict:
@@ -34,13 +35,13 @@ def three_axes(name):
 
 FILES = {  # a filter, a change of its file, and what is said of it
     "operating": (
-        three_axes("facs"),
+        partial(jink.Kalman, FUZZY, SPACE),
         ("motions", 0, "limits", "operating"),
         8.0,
         "motions[0].limits: FuzzyLimits.operating: expected below threshold 7.5",
     ),
     "exponent": (
-        three_axes("facs"),
+        partial(jink.Kalman, FUZZY, SPACE),
         ("motions", 0, "limits", "up"),
         1.2,
         "motions[0].limits: FuzzyLimits.up: expected at most 1.0536, got 1.2",
@@ -102,19 +103,19 @@ FILES = {  # a filter, a change of its file, and what is said of it
         "corrector.model: Anfis.shape: expected one of triangular, gaussian, bell, got 'square'",
     ),
     "a part of another kind": (
-        three_axes("facs"),
+        partial(jink.Kalman, FUZZY, SPACE),
         ("motions", 0, "limits"),
         {"kind": "Position", "sd": 1.0},
         "CurrentStatistical.limits: expected FuzzyLimits, got Position",
     ),
     "a part of no kind": (
-        three_axes("facs"),
+        partial(jink.Kalman, FUZZY, SPACE),
         ("motions", 0, "limits"),
         {"kind": "Limits"},
         "motions[0].limits: kind 'Limits' is none of",
     ),
     "a part too many": (
-        three_axes("facs"),
+        partial(jink.Kalman, FUZZY, SPACE),
         ("motions", 0, "limits", "side"),
         1.0,
         "motions[0].limits: FuzzyLimits has no side",

@@ -6,6 +6,7 @@ The same through files and the command: test_bad_files.
 from __future__ import annotations
 
 import pytest
+from own_models import Gauge, Straight
 from test_native_learned import random_network
 
 import jink
@@ -119,6 +120,22 @@ REFUSED = {  # a call, and what its message must say
     "an estimate of a word": (
         lambda: jink.AccelerationLevel(CV, 3.0, estimated="yes"),  # pyright: ignore[reportArgumentType]
         "AccelerationLevel.estimated: expected True or False, got 'yes'",
+    ),
+    "a level beside a model of your own": (
+        lambda: jink.IMM([Straight(1.0), jink.AccelerationLevel(CV, 3.0)], PLANE, 0.9),
+        "motions: AccelerationLevel adapts, or adds an acceleration, which beside models of your own is not done",
+    ),
+    "noise that adapts beside a sensor of your own": (
+        lambda: jink.Kalman(jink.CurrentStatistical(acceleration_max=30.0), Gauge(25.0)),
+        "motions: CurrentStatistical adapts, or adds an acceleration",
+    ),
+    "two stages beside a model of your own": (
+        lambda: jink.IMM([Straight(1.0), SIDE], PLANE, 0.9),
+        "motions: TwoStageAcceleration adapts, or adds an acceleration",
+    ),
+    "a level on a model of your own": (
+        lambda: jink.IMM([jink.AccelerationLevel(Straight(1.0), 3.0), CV], PLANE, 0.9),
+        "AccelerationLevel.motion: expected one of jink's motion models, got Straight",
     ),
     "an infinite level": (
         lambda: jink.AccelerationLevel(CV, float("inf")),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import replace
 
@@ -109,6 +110,33 @@ def test_predictions_are_those_of_the_state_before(tmp_path):
     x = filter.filter(recording.time, recording.z, offsets=recording.offsets).x
     ahead = x[3:29, [0, 2]] + x[3:29, [1, 3]] * np.diff(recording.time)[3:29, None]
     assert_allclose(_predictions(filter, recording)[4:30], ahead, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["vsmm-ds", "fuzzy-imm", "input-estimation", "nnvsmm"])
+def test_filters_that_count_rows_predict_live(name, tmp_path):
+    """A row without a measurement would move on what is alive, or leave the last residual: predicted target by target instead."""
+    from jink.named import FILTERS, Purpose
+    from jink.race.recorded import _predictions, read
+    from jink.simulate import simulation_table
+
+    path = tmp_path / "seen.csv"
+    table = simulation_table(short("random-turns", 30).simulate(3, 1)).select("target", "time", "x", "y")
+    table.filter((table["target"] != table["target"][0]) | (table["time"] < 20)).write_csv(
+        path
+    )  # one ends early
+    recording, _, _ = read(str(path), "fighter", 0)
+    filter = FILTERS[name](Purpose(sensor=recording.sensor, kind="fighter")).filter
+    assert filter.counts_rows
+    want = []
+    for begin, end in itertools.pairwise(recording.offsets):
+        live = filter.start()
+        for k in range(begin, end):
+            want.append(live.predict(recording.time[k]).x[[0, filter.components.index("py")]])
+            R = None if recording.covariance is None else recording.covariance[k]
+            live.update(recording.time[k], recording.z[k], covariance=R)
+    got = _predictions(filter, recording)
+    assert len(np.unique(np.diff(recording.offsets))) == 2 and np.isfinite(got).all(axis=1).sum() > 60
+    assert_allclose(got, want, rtol=1e-9, atol=1e-6)
 
 
 def test_a_file_without_the_needed_columns(tmp_path, capsys):

@@ -171,6 +171,8 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
         chosen = choose_filter(
             group.components, level.typical, settings.kind, settings.filter, max(gap, usual), step or 1.0
         )
+        if settings.smooth and getattr(chosen, "not_smoothed", ""):
+            raise InputError(f"smooth: {type(chosen).__name__} cannot be smoothed: {chosen.not_smoothed}")
         used[f"{group.axes} axes"] = chosen
         covariance = None
         # made for this table, with its typical noise in the sensor, or fitted with the noise of each row

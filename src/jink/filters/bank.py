@@ -15,7 +15,7 @@ from ..noise import OnePoint, Outliers, Prior, TwoPoint
 from ..times import seconds
 from .estimate import Estimate
 from .live import LiveBatch
-from .parts import Parts, native_mode
+from .parts import Parts, is_fixed, native_mode
 from .quiet import quiet_modes
 from .results import allocate
 from .rows import array_of, measurements, prior_of_tracks, row_noise, sensor_index, track_offsets
@@ -88,6 +88,12 @@ class Bank:
         else:
             from ..stepwise import Stepwise
 
+            for motion in self.motions:
+                if hasattr(motion, "native") and not is_fixed(motion, axes):
+                    raise TypeError(
+                        f"motions: {type(motion).__name__} adapts, or adds an acceleration, which beside models of your own is not "
+                        "done; expected motion models of fixed noise"
+                    )
             given_prior = isinstance(self.initial, Prior)
             self._engine = Stepwise(self.motions, self.sensors, axes, self.outliers, given_prior, *rules)
 
@@ -104,6 +110,13 @@ class Bank:
     def components(self) -> tuple[str, ...]:
         """What the columns of x are: px, vx, (ax), ... then turn_rate, then those of your own names."""
         return getattr(self._engine, "components", None) or component_names(self.motions, self.axes)
+
+    @property
+    def counts_rows(self) -> bool:
+        """Is a row without a measurement more than the time that passes: to detectors, modes alive, or noise from residuals?"""
+        parts = self._declared[3] if self._declared else Parts()
+        decides = parts.proposal is not None or parts.detect[0] > 0
+        return decides or any(getattr(m, "remembers", False) for m in self.motions)
 
     @property
     def numbers(self) -> Array:

@@ -52,10 +52,27 @@ class Parts:
 
 
 def native_mode(motion: Any, axes: int) -> tuple[Any, ...]:
-    """A motion model with what sets its noise and its known acceleration, if anything does."""
+    """A motion model with what sets its noise and its known acceleration, if anything does.
+
+    Errors: TypeError where it builds on a motion model of your own.
+    """
+    inner = getattr(motion, "motion", None)
+    if inner is not None and not hasattr(inner, "native"):
+        raise TypeError(
+            f"{type(motion).__name__}.motion: expected one of jink's motion models, got {type(inner).__name__}"
+        )
     adaptation = motion.adaptation(axes) if hasattr(motion, "adaptation") else FIXED
     level, around = motion.level(axes) if hasattr(motion, "level") else ([], False)
     return (*motion.native(axes), adaptation, level, around)
+
+
+TWO_STAGE = 7  # kind of motion: its noise depends on the covariance
+
+
+def is_fixed(motion: Any, axes: int) -> bool:
+    """Has this one of jink's motion models the same noise, and no known acceleration of its own, in every scan?"""
+    kind, *_, adaptation, level, _ = native_mode(motion, axes)
+    return not adaptation[0] and not level and kind != TWO_STAGE
 
 
 def uniform(count: int, of: int) -> Array:

@@ -226,7 +226,8 @@ def predicted(filter: Any, recording: Recording) -> dict[str, Any]:
     """Squared error (m²) of the prediction of each row, log density of its measurement, NIS, seconds spent.
 
     Every row is given twice, first without its measurement: that estimate is the prediction for its time, and
-    at no elapsed time nothing moves on to the second.
+    at no elapsed time nothing moves on to the second. Filters to which a row without a measurement is more than the time
+    that passes (they count rows, or adapt to the last residual) predict live instead.
     """
     there = measured_position(recording.sensor, recording.z)
     if filter is None:
@@ -250,13 +251,36 @@ def predicted(filter: Any, recording: Recording) -> dict[str, Any]:
 
 
 def _predictions(filter: Any, recording: Recording) -> Array:
+    """Position (N, 2) along the first axes before each row's measurement, NaN before a track starts."""
+    where = [filter.components.index(name) for name in ("px", "py")]
+    if getattr(filter, "counts_rows", False):
+        return _predicted_live(filter, recording)[:, where]
     z = np.full((2 * len(recording.z), recording.z.shape[1]), np.nan)
     z[1::2] = recording.z
     covariance = None if recording.covariance is None else np.repeat(recording.covariance, 2, axis=0)
     estimate = filter.filter(
         np.repeat(recording.time, 2), z, offsets=2 * recording.offsets, covariance=covariance, outputs=("x",)
     )
-    return estimate.x[::2][:, [estimate.components.index(name) for name in ("px", "py")]]
+    return estimate.x[::2][:, where]
+
+
+def _predicted_live(filter: Any, recording: Recording) -> Array:
+    """Scan by scan, all parts at once; those that have ended wait at their last row without a measurement."""
+    first, count = recording.offsets[:-1], np.diff(recording.offsets)
+    live, x = (
+        filter.start(len(count), outputs=("x",)),
+        np.full((len(recording.time), len(filter.components)), np.nan),
+    )
+    for k in range(int(count.max(initial=0))):
+        there = k < count
+        row = first + np.minimum(k, count - 1)
+        x[row[there]] = live.predict(recording.time[row]).x[there]
+        live.update(
+            recording.time[row],
+            np.where(there[:, None], recording.z[row], np.nan),
+            covariance=None if recording.covariance is None else recording.covariance[row],
+        )
+    return x
 
 
 def _extrapolated(there: Array, recording: Recording) -> Array:
