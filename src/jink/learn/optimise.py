@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array
-from ..named.tuning import golden_section
+from ..named.tuning import lowest
 from .gradient import Tracks, differentiable
 from .objectives import NotFinite, Objective
 from .parameters import Parameters
@@ -162,7 +162,7 @@ class Search:
             return self._plain(np.asarray(u), tracks, words, stage, stages)
 
         if len(begin) == 1:
-            golden_section(lambda u: figure([u]), begin[0] - WEAK, begin[0] + WEAK)
+            lowest(lambda u: figure([u]), begin[0] - WEAK, begin[0] + WEAK)
             return
         import cma
 

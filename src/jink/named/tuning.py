@@ -29,14 +29,19 @@ def golden_section(
     return 0.5 * (low + high)
 
 
-def best_noise(loss: Callable[[float], float], low: float, high: float, *, looks: int = 10) -> float:
-    """The noise between low and high with the least loss: on the logarithm, around the best of some looks."""
-    step = (math.log(high) - math.log(low)) / (looks - 1)
-    grid = [math.log(low) + k * step for k in range(looks)]
-    losses = [_finite(loss(math.exp(x))) for x in grid]
+def lowest(loss: Callable[[float], float], low: float, high: float, *, looks: int = 10) -> float:
+    """Where a loss is least between low and high: golden section around the best of some looks, so that one of several valleys is found."""
+    step = (high - low) / (looks - 1)
+    grid = [low + k * step for k in range(looks)]
+    losses = [_finite(loss(x)) for x in grid]
     best = losses.index(min(losses))
     begin, end = grid[max(best - 1, 0)], grid[min(best + 1, looks - 1)]
-    return math.exp(golden_section(lambda x: _finite(loss(math.exp(x))), begin, end))
+    return golden_section(lambda x: _finite(loss(x)), begin, end)
+
+
+def best_noise(loss: Callable[[float], float], low: float, high: float, *, looks: int = 10) -> float:
+    """The noise between low and high with the least loss, found on the logarithm."""
+    return math.exp(lowest(lambda x: loss(math.exp(x)), math.log(low), math.log(high), looks=looks))
 
 
 def _finite(loss: float) -> float:
