@@ -149,6 +149,23 @@ def bayes(prior: Array, log_likelihood: Array) -> Array:
     return np.exp(log - logsumexp(log, axis=-1, keepdims=True))
 
 
+def scanned(
+    motions: list[Motion],
+    starts: list[Mode],
+    prior: Array,
+    z: Array,
+    R: Array,
+    dt: float,
+    inputs: list[Array] | None = None,
+) -> tuple[list[Mode], Array]:
+    """Each mode predicted from its start and updated, and the probabilities that come of the prior ones."""
+    now = [
+        update(motion, predict(motion, start, dt, None if inputs is None else inputs[j]), z, R)
+        for j, (motion, start) in enumerate(zip(motions, starts, strict=True))
+    ]
+    return [each.mode for each in now], bayes(prior, np.stack([e.log_likelihood for e in now], axis=-1))
+
+
 def started(motions: list[Motion], time: Array, z: Array, R: Array) -> list[Mode]:
     """Two-point start from the first two rows of z (B, N, axes): the estimates after the second."""
     out = []
@@ -209,11 +226,7 @@ def imm(
 
     def step(modes, mu, k, dt):
         c, weights = backward_weights(Pi, mu)
-        starts = mixed(motions, modes, weights)
-        now = []
-        for j, motion in enumerate(motions):
-            before = predict(motion, starts[j], dt, None if u is None else u[:, k, j])
-            now.append(update(motion, before, z[:, k], R))
-        return [each.mode for each in now], bayes(c, np.stack([e.log_likelihood for e in now], axis=-1))
+        inputs = None if u is None else [u[:, k, j] for j in range(len(motions))]
+        return scanned(motions, mixed(motions, modes, weights), c, z[:, k], R, dt, inputs)
 
     return along(motions, time, z, R, mu, step)

@@ -18,17 +18,12 @@ from oracle.many import (
     match,
     mixed,
     predict,
+    scanned,
     update,
 )
 from oracle.motion import Motion
 
 Array = NDArray[np.float64]
-
-
-def bank(motions, starts, prior, z, R, dt):
-    """One filter per mode from its start; the measurement decides by Bayes."""
-    now = [update(m, predict(m, s, dt), z, R) for m, s in zip(motions, starts, strict=True)]
-    return [each.mode for each in now], bayes(prior, np.stack([e.log_likelihood for e in now], axis=-1))
 
 
 def gpb1(motions: list[Motion], time: Array, z: Array, R: Array, Pi: Array, mu: Array) -> Estimates:
@@ -40,7 +35,7 @@ def gpb1(motions: list[Motion], time: Array, z: Array, R: Array, Pi: Array, mu: 
     def step(modes, mu, k, dt):
         M = len(motions)
         same = np.broadcast_to(mu[:, :, None], (len(mu), M, M))
-        return bank(motions, mixed(motions, modes, same), mu @ Pi, z[:, k], R, dt)
+        return scanned(motions, mixed(motions, modes, same), mu @ Pi, z[:, k], R, dt)
 
     return along(motions, time, z, R, mu, step)
 
@@ -68,6 +63,6 @@ def static(motions: list[Motion], time: Array, z: Array, R: Array, mu: Array) ->
     """MMAE: filters that never meet; mu_j ~ L_j mu_j (Magill 1965)."""
 
     def step(modes, mu, k, dt):
-        return bank(motions, modes, mu, z[:, k], R, dt)
+        return scanned(motions, modes, mu, z[:, k], R, dt)
 
     return along(motions, time, z, R, mu, step)

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from oracle.many import Estimates, along, backward_weights, bayes, mixed, predict, update
+from oracle.many import Estimates, along, backward_weights, mixed, scanned
 from oracle.mixture import Mode
 from oracle.motion import ConstantVelocity, Motion
 
@@ -95,10 +95,7 @@ def variable_structure(
         active = propose(now_Pi, mu)
         c, weights = backward_weights(restricted(now_Pi, active), mu)
         c = c / c.sum(axis=-1, keepdims=True)
-        starts = mixed(motions, modes, weights)
-        now = [update(m, predict(m, s, dt), z[:, k], R) for m, s in zip(motions, starts, strict=True)]
-        log_likelihood = np.stack([each.log_likelihood for each in now], axis=-1)
-        return [each.mode for each in now], bayes(c, log_likelihood)
+        return scanned(motions, mixed(motions, modes, weights), c, z[:, k], R, dt)
 
     return along(motions, time, z, R, mu, step)
 
@@ -145,12 +142,7 @@ def acceleration_grid(
     def step(modes: list[Mode], mu, k, dt):
         grids[:, k] = adapted_grid(grids[:, k - 1], mu, least, (-half_width, half_width), unlikely, likely)
         c, weights = backward_weights(Pi, mu)
-        starts = mixed(motions, modes, weights)
-        now = [
-            update(m, predict(m, s, dt, grids[:, k, j : j + 1]), z[:, k], R)
-            for j, (m, s) in enumerate(zip(motions, starts, strict=True))
-        ]
-        log_likelihood = np.stack([each.log_likelihood for each in now], axis=-1)
-        return [each.mode for each in now], bayes(c, log_likelihood)
+        inputs = [grids[:, k, j : j + 1] for j in range(3)]
+        return scanned(motions, mixed(motions, modes, weights), c, z[:, k], R, dt, inputs)
 
     return along(motions, time, z, R, mu, step), grids

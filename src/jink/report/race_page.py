@@ -9,21 +9,9 @@ from jink.race.result import AGAINST, Race
 from jink.race.table import ordered, remarks
 from jink.report import race_data
 from jink.report.arrays import ArrayBlock
-from jink.report.shell import escape, fill, page, version, write_page
+from jink.report.shell import PLAN_AND_CHARTS, escape, fill, page, version, write_page
 
-_SCRIPTS = (
-    "geometry.js",
-    "plan_draw.js",
-    "plan.js",
-    "plan_input.js",
-    "chart_draw.js",
-    "panels.js",
-    "charts.js",
-    "charts_input.js",
-    "race_plan.js",
-    "race_panels.js",
-    "race.js",
-)
+_SCRIPTS = (*PLAN_AND_CHARTS, "race_plan.js", "race_panels.js", "race.js")
 _METRICS = {"position_rmse": "position RMSE, m", "prediction_rmse": "RMS prediction error, m"}
 _CHOSEN = {True: "not chosen for its looks", False: "the one with most scored rows"}
 _LEGEND = '<span class="key truth">truth</span> <span class="key busy">manoeuvring</span> '

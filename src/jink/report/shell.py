@@ -20,6 +20,16 @@ import numpy as np
 from jink.report.arrays import ArrayBlock
 
 _SHARED_SCRIPTS = ("data.js", "format.js", "canvas.js", "table.js")
+PLAN_AND_CHARTS = (
+    "geometry.js",
+    "plan_draw.js",
+    "plan.js",
+    "plan_input.js",
+    "chart_draw.js",
+    "panels.js",
+    "charts.js",
+    "charts_input.js",
+)  # of pages that show tracks
 
 
 def asset(name: str) -> str:

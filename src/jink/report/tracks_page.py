@@ -16,20 +16,10 @@ from jink.report.decimation import keep_rows
 from jink.report.plan import measured_coordinates, plan_coordinates
 from jink.report.rows import STATUSES, TrackRows, read_rows
 from jink.report.settled import group_quantile, settled
-from jink.report.shell import escape, fill, page, write_page
+from jink.report.shell import PLAN_AND_CHARTS, escape, fill, page, write_page
 from jink.report.targets import target_table
 
-_SCRIPTS = (
-    "geometry.js",
-    "plan_draw.js",
-    "plan.js",
-    "plan_input.js",
-    "chart_draw.js",
-    "panels.js",
-    "charts.js",
-    "charts_input.js",
-    "tracks.js",
-)
+_SCRIPTS = (*PLAN_AND_CHARTS, "tracks.js")
 _BYTES = 5_500_000  # aimed at for the arrays before compression, times two: keeps a page below 8 MB
 _MOST_TARGETS = 5_000
 _GATED_BONUS = 0.05
