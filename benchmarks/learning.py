@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from jink.learn import genetic, titi_guney
-from jink.learn.aid import inputs_of, watch
+from jink.learn.aid import inputs_of, tuned_acceleration, watch
 from jink.learn.anfis import fit_anfis
 from jink.learn.broad import broad
 from jink.learn.choi_2001 import WIDE_BANK
@@ -53,7 +53,7 @@ def jobs(share: float = 1.0) -> dict[str, Callable[[], Any]]:
 def _residuals() -> tuple[Any, Any]:
     """titi-guney's training matrix: a sluggish filter's two inputs and its error, 3300 rows, scaled."""
     runs = titi_guney.runs_of((1,), 20, 1)
-    seen = watch(titi_guney.tuned_acceleration(runs, 1e4), runs)
+    seen = watch(tuned_acceleration(runs, 1e4), runs)
     u = inputs_of("titi-guney", 2, seen)[seen.updated][-3300:]
     y = (runs.position - seen.estimate["position"])[seen.updated][-3300:, None]
     return (u - u.mean(axis=0)) / u.std(axis=0), y / y.std()
