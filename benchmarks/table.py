@@ -96,5 +96,7 @@ HOW = """\
 - Memory is the growth of the process's peak resident size during one call, plus the inputs, over inputs and
   outputs.
 - Threads are timed by the wall clock; of 40 rounds the quicker half counts, the one other processes disturb less.
+- Trainings run alone on all cores, the quickest of three rounds; what counts is processor time, which other work on the machine does
+  not add to and the wall clock on two idle cores does not exceed.
 - Start-up and `jink track` are whole processes by the wall clock; `track` has all cores.\
 """.splitlines()

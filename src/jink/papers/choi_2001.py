@@ -171,7 +171,7 @@ CHOI_2001 = Paper(
         "stay 0.95, the rest equally to the active neighbours. None of this is stated, nor how the paper's three columns differ: "
         "their mean is shown.",
         "Of the mode-based design the paper gives no bank, no figures and as its rule “like choosing k modes”: here a network scores six "
-        "of the levels (1, 6, 16, 41, 91, 196), in from the last weights and log NIS of each, and the best three share the estimate.",
+        "of the levels (1, 6, 16, 41, 91, 196) from the last weights and log NIS of each, and the best three share the estimate.",
     ),
     remarks=(
         "Digraph switching in scenario 2, published as 5.98, is not reached by any reading, nor does one reading give all four columns.",
