@@ -122,7 +122,7 @@ def test_ctrl_c_keeps_the_best_so_far_and_resume_ends_the_fit(tmp_path):
     out = tmp_path / "fitted.json"
     command = [
         sys.executable, "-c", "from jink.cli import main; main()", "fit", "random-turns", "--filter", "imm-cv-ct", "--runs", "400",
-        "--check-runs", "20", "--starts", "2", "-o", str(out), "--json",
+        "--check-runs", "20", "--starts", "2", "--minutes", "30", "-o", str(out), "--json",
     ]  # fmt: skip
     kept = out.with_name("fitted.json.checkpoint")
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

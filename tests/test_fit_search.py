@@ -119,7 +119,7 @@ def test_interrupted_it_ranks_what_is_done(workers):
     found = search(
         training, objective, names=["cv", "ca", "cv+ca", "cv+ct"], workers=workers, progress=after_two
     )
-    assert found.partial
+    assert found.partial and found.interrupted
     assert 2 <= len(found.ranked) < 4
     assert len(found.ranked) + len(found.left) == 4
     assert set(found.left.values()) == {"interrupted"}

@@ -79,7 +79,7 @@ def _run(request: FitRequest) -> int:
 
         show(fit)
         _say_where(output, report)
-    return 130 if fit.partial and request.minutes is None else 0
+    return 130 if fit.interrupted else 0
 
 
 def _say_where(output: Path | None, report: Path | None) -> None:
@@ -119,7 +119,7 @@ def _search(request: FitRequest, options: dict[str, Any], output: Path | None, r
         from .fit_search_table import show
 
         show(found)
-    return 130 if found.partial and request.minutes is None else 0
+    return 130 if found.interrupted else 0
 
 
 def _options(request: FitRequest) -> dict[str, Any]:

@@ -39,7 +39,7 @@ JUDGED = {
 class Fit:
     """filter: the fitted one; start: where it began, under its name; u, sd (P,) of the parameters' scales; figures of the
     objective on the training data before and after; race on data held out; parts: NIS by part of held-out tracks, before and
-    after; warnings; partial: cut short."""
+    after; warnings; partial: cut short, interrupted: by Ctrl-C."""
 
     filter: Any
     start: Any
@@ -57,6 +57,7 @@ class Fit:
     evaluations: int
     seconds: float
     partial: bool
+    interrupted: bool = False
     parts: dict[str, list[PartShare]] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
@@ -86,7 +87,7 @@ class Fit:
                 "scenario": training.name, "kind": training.purpose.kind, "seed": seed, "runs": training.runs, "apart": training.apart,
                 "noise": "the sensor's" if tracks.covariance is None else "of each row",
             },
-            evaluations=found.evaluations, seconds=found.seconds, partial=found.partial,
+            evaluations=found.evaluations, seconds=found.seconds, partial=found.partial, interrupted=found.interrupted,
             parts={START: shares(start, training.held_out), FITTED: shares(filter, training.held_out)},
         )  # fmt: skip
         fit.warnings = warnings_of(fit, training, tracks) + stumbles(found, filter)

@@ -64,6 +64,7 @@ class Search:
     left: dict[str, str]
     seconds: float
     partial: bool
+    interrupted: bool = False
     explanation: list[str] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
@@ -129,6 +130,7 @@ def search(
     made = Search(
         ranked=ranked, fit=fit, race=race, left=left, seconds=clock.monotonic() - began,
         partial=interrupted or any(r.partial for r in ranked) or why in left.values(),
+        interrupted=interrupted,
     )  # fmt: skip
     made.explanation = explained(made, objective.name)
     return made
