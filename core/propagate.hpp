@@ -143,12 +143,12 @@ template <class T> class Propagate {
             return;
         }
         for (int j = 0; j < m; ++j) {
-            const Mask<T> reached = c.proposes() ? prior[j] > zero : splat_mask<T>(true);  // the others start from all alike
-            const T over = reciprocal(select<T>(reached, prior[j], one));
-            for (int i = 0; i < m; ++i) {
-                T &w = weights[j * m + i];
-                w = c.declared.interaction == Interaction::gpb1 ? s.probability[i] : select<T>(reached, w * over, s.probability[i]);
-            }
+            const Mask<T> reached = c.proposes() ? prior[j] > zero : splat_mask<T>(true);
+            const T over = reciprocal(c.proposes() ? select<T>(reached, prior[j], one) : prior[j]);
+            for (int i = 0; i < m; ++i)
+                weights[j * m + i] = c.declared.interaction == Interaction::gpb1 ? s.probability[i] : weights[j * m + i] * over;
+            for (int i = 0; c.proposes() && !all(reached) && i < m; ++i)  // a mode that nothing led to starts from all alike
+                weights[j * m + i] = select<T>(reached, weights[j * m + i], s.probability[i]);
         }
     }
 

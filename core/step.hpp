@@ -214,9 +214,10 @@ template <class T> class Step {
             out.log_likelihood = -0.5 * (innovations[0].nis + logarithm<T>(innovations[0].det) + log_two_pi * dof);
         } else {
             T *after = ahead.pairwise() ? posterior.data() : s.probability.data();
-            if (c.proposes())
-                for (int j = 0; j < n; ++j)
-                    innovations[j].nis = select<T>(living(s.next[j]) & (h.prior[j] > splat<T>(0.0)), innovations[j].nis, splat<T>(1e300));
+            for (int j = 0; (c.proposes() || ahead.pairwise()) && j < n; ++j) {  // what cannot be does not say which fits best
+                const Mask<T> possible = h.prior[j] > splat<T>(0.0);
+                innovations[j].nis = select<T>(c.proposes() ? possible & living(s.next[j]) : possible, innovations[j].nis, splat<T>(1e300));
+            }
             // c_j N_j / max over exp(-nis/2) of the best fitting mode, which cannot all underflow
             T least = innovations[0].nis;
             for (int j = 1; j < n; ++j) least = smaller<T>(innovations[j].nis, least);

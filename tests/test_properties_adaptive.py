@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from adaptive_families import FAMILIES, draws
+from adaptive_families import FAMILIES, Draw, draws
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
@@ -53,6 +53,29 @@ def test_finite_positive_and_probable(family, draw, more):
         assert np.isfinite(est.log_likelihood_scan).all()
         assert (est.mode_probability[there] >= 0).all()
         assert_allclose(est.mode_probability[there].sum(axis=1), 1, rtol=1e-9)
+
+
+@pytest.mark.parametrize("family", ["gpb2", "vsmm-ds", "vsmm-ad"])
+def test_what_cannot_be_is_not_believed(family):
+    """Found by the search above: over no time no mode changes, however badly those that stay explain what is measured."""
+    f = FAMILIES[family](Draw([1.0] * 4, 0, False, False), 10.0)
+    t = np.array([0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0])
+    z = np.array(
+        [
+            [8, -11],
+            [66, -5],
+            [21, 39],
+            [-224, -1],
+            [5e4, 5e4],
+            [-216, -13],
+            [1e9, 1e9],
+            [-344, 133],
+            [1e9, 1e9],
+        ]
+    )
+    est = f.filter(t, z)
+    assert np.isfinite(est.x).all() and np.isfinite(est.log_likelihood_scan).all()
+    assert_positive(est.P, est.status)
 
 
 @ALL
