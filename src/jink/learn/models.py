@@ -27,13 +27,14 @@ TITI: dict[str, Trainer] = {
 }
 # five innovations divide the rules, three older ones take part in their consequents alone
 ANFIS = {"functions": (2, 2, 2, 2, 2, 1, 1, 1), "kind": "gaussian", "epochs": 25, "rate": 0.05}
+NETWORK = {"hidden": (32,), "epochs": 60, "batch": 1024}
 TRAINERS: dict[str, Trainer] = {
     "lee-2003-ga": lee.by_genetic_algorithm(0.95),
     "lee-2003-ga-error": lee.by_genetic_algorithm(1.0),
     "lee-2003-best": lee.with_transition("lee-2003", 3, 2),
     "fuzzy-kalman": lee.with_transition("random-accelerations", 1, 6),
     **TITI,
-    "nn-kf": titi_guney.fed_by_history("network", 8, hidden=(32,), epochs=60, batch=1024),
+    "nn-kf": titi_guney.fed_by_history("network", 8, **NETWORK),
     "anfis-kf": titi_guney.fed_by_history("anfis", 8, **ANFIS),
     **CHOI,
     "nnvsmm": choi_2001.end_to_end("broad", 0.01, 5000.0, 1200, velocity_share=0.2),

@@ -26,7 +26,7 @@ OPTIMISERS = ("ga", "cma", "together")
 SHARES = (0.01, 0.1, 1.0)  # of the kind's acceleration: inputs of the sub-models, as in the paper
 STAY = 0.97  # per scan
 RANGE = (1e-3, 3.0)  # of the kind's acceleration: sds of noise that networks choose from
-HISTORY = {"anfis": 4, "network": 8}  # innovations an aid looks back on
+HISTORY = 8  # innovations an aid looks back on
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,16 +98,17 @@ def aided(model: str) -> Recipe:
 
     def make(training: Runs, validation: Runs, how: How) -> Aided:
         from .aid import fit_corrector, tuned_acceleration
+        from .models import ANFIS, NETWORK
 
         base = how.base if how.base is not None else tuned_acceleration(training)
-        settings: dict[str, Any] = {"hidden": (32,), "batch": 1024} if model == "network" else _SHAPE
-        epochs = how.epochs or 60
+        settings: dict[str, Any] = {**(NETWORK if model == "network" else ANFIS)}
+        epochs = settings["epochs"] = how.epochs or settings["epochs"]
         corrector = fit_corrector(
-            base, training, validation, model=model, inputs="innovations", count=HISTORY[model],
-            corrects=_corrected(base, training), seed=how.seed, epochs=epochs,
+            base, training, validation, model=model, inputs="innovations", count=HISTORY,
+            corrects=_corrected(base, training), seed=how.seed,
             progress=how.counting(f"{model}, epoch", epochs), **settings,
         )  # fmt: skip
-        said = _trained(training, f"{model} on the last {HISTORY[model]} innovations, {epochs} epochs", how)
+        said = _trained(training, f"{model} on the last {HISTORY} innovations, {epochs} epochs", how)
         return Aided(base, replace(corrector, trained=said))
 
     return make
@@ -172,7 +173,6 @@ RECIPES: dict[str, Recipe] = {
     "nnvsmm-modes": mode_network,
 }
 SEARCHED = ("fuzzy-imm", "fuzzy-kalman")  # by populations: these have optimisers, rules and checkpoints
-_SHAPE: dict[str, Any] = {"functions": 2, "kind": "gaussian"}
 
 
 def _sensor(runs: Runs) -> Position:
