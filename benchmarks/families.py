@@ -17,8 +17,8 @@ import time
 from typing import Any
 
 import jink
-from jink.fit import chosen_objective, training_data
-from jink.fit_data import Training
+from jink.fit.data import Training
+from jink.fit.fitting import chosen_objective, training_data
 from jink.learn.optimise import Search
 from jink.learn.parameters import Parameters
 from jink.scenarios import SCENARIOS

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from benchmarks.commands import fetch_collection
 from jink.fit import fit
-from jink.fit_result import BAND, FITTED, START, Fit
+from jink.fit.result import BAND, FITTED, START, Fit
 from scripts.extract_flights import read
 
 FLYING = ("straight", "turning", "climbing")

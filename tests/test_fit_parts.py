@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import jink
-from jink.fit import fit, training_data
-from jink.fit_parts import PARTS, innovations, parts, shares
+from jink.fit import fit
+from jink.fit.fitting import training_data
+from jink.fit.parts import PARTS, innovations, parts, shares
 from jink.learn.gradient import Tracks
 from jink.race.recorded import repeated
 

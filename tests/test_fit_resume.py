@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import jink
-from jink.fit_data import from_scenarios
+from jink.fit.data import from_scenarios
 from jink.io.errors import InputError
 from jink.learn.checkpoint import Checkpoint
 from jink.learn.gradient import Tracks

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import jink
-from jink.fit import chosen_objective, training_data
+from jink.fit.fitting import chosen_objective, training_data
+from jink.fit.search import CANDIDATES, search
 from jink.fit_command import FitRequest, run_fit
-from jink.fit_search import CANDIDATES, search
 from jink.io.errors import InputError
 from jink.named import Purpose
 

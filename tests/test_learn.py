@@ -118,7 +118,7 @@ def test_the_file_s_race_is_the_error_against_its_truth(recorded):
     """Recomputed by hand for the raw measurements, over the rows held out."""
     import polars as pl
 
-    from jink.fit import training_data
+    from jink.fit.fitting import training_data
 
     learned = learn("nn-kf", str(recorded), epochs=2)
     training = training_data(

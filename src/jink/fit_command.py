@@ -75,7 +75,7 @@ def _run(request: FitRequest) -> int:
     if request.json:
         sys.stdout.write(json.dumps(fit.as_dict(), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     elif not request.quiet:
-        from .fit_table import show
+        from .fit.table import show
 
         show(fit)
         _say_where(output, report)
@@ -93,8 +93,8 @@ def _say_where(output: Path | None, report: Path | None) -> None:
 def _search(request: FitRequest, options: dict[str, Any], output: Path | None, report: Path | None) -> int:
     """Candidates fitted in parallel; what is written is the best one."""
     from .arguments import thread_count
-    from .fit import chosen_objective, training_data
-    from .fit_search import search
+    from .fit.fitting import chosen_objective, training_data
+    from .fit.search import search
 
     for option, given in {"--checkpoint": request.checkpoint, "--resume": request.resume}.items():
         if given:
@@ -116,7 +116,7 @@ def _search(request: FitRequest, options: dict[str, Any], output: Path | None, r
     if request.json:
         sys.stdout.write(json.dumps(found.as_dict(), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     elif not request.quiet:
-        from .fit_search_table import show
+        from .fit.search_table import show
 
         show(found)
     return 130 if found.interrupted else 0

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from .arguments import unknown
-from .fit import starting_filter, training_data
-from .fit_data import SIMULATED_TRUTH, Training
+from .fit.data import SIMULATED_TRUTH, Training
+from .fit.fitting import starting_filter, training_data
 from .io.errors import InputError
 from .io.files import open_table
 from .learn.data import Runs, from_tracks

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from jink.arguments import Array
-from jink.fit_parts import innovations, measures_positions
-from jink.fit_result import FITTED, START, Fit
-from jink.fit_search import Search
-from jink.fit_search_table import heading as heading_of_search
-from jink.fit_search_table import table as search_table
-from jink.fit_table import heading, interval, number, part_rows, verdict
+from jink.fit.parts import innovations, measures_positions
+from jink.fit.result import FITTED, START, Fit
+from jink.fit.search import Search
+from jink.fit.search_table import heading as heading_of_search
+from jink.fit.search_table import table as search_table
+from jink.fit.table import heading, interval, number, part_rows, verdict
 from jink.report.arrays import ArrayBlock
 from jink.report.consistency import Consistency, consistency
 from jink.report.fit_charts import Line, bars, lines

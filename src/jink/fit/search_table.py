@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .fit_result import UNITS, WORDS
-from .fit_search import Ranked, Search
-from .fit_table import show as show_fit
+from .result import UNITS, WORDS
+from .search import Ranked, Search
+from .table import show as show_fit
 
 
 def show(search: Search) -> None:

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from .arguments import Array
-from .fit_data import Training
-from .fit_parts import PartShare, shares
-from .learn.gradient import Tracks, differentiable
-from .learn.objectives import NotFinite, Objective
-from .learn.optimise import FARTHEST, Found
-from .learn.parameters import Parameters
-from .learn.uncertainty import standard_errors
-from .race.entrants import Entrant
-from .race.result import Race
+from ..arguments import Array
+from ..learn.gradient import Tracks, differentiable
+from ..learn.objectives import NotFinite, Objective
+from ..learn.optimise import FARTHEST, Found
+from ..learn.parameters import Parameters
+from ..learn.uncertainty import standard_errors
+from ..race.entrants import Entrant
+from ..race.result import Race
+from .data import Training
+from .parts import PartShare, shares
 
 FITTED, START = "fitted", "before"
 RIVALS = (START, "imm", "kalman-cv", "kalman-ca")

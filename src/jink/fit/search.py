@@ -10,20 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from .arguments import unknown
-from .filters.files import described
-from .fit_candidates import CANDIDATES, WORDS, Candidate
-from .fit_data import Training
-from .fit_result import JUDGED, Fit
-from .io.errors import InputError
-from .learn.objectives import Objective
-from .learn.optimise import Found
-from .learn.parallel import Job, Outcome, run_jobs
-from .learn.parameters import Parameters
-from .metrics import Comparison
-from .named import Unfit
-from .race.entrants import Entrant
-from .race.result import Race
+from ..arguments import unknown
+from ..filters.files import described
+from ..io.errors import InputError
+from ..learn.objectives import Objective
+from ..learn.optimise import Found
+from ..learn.parallel import Job, Outcome, run_jobs
+from ..learn.parameters import Parameters
+from ..metrics import Comparison
+from ..named import Unfit
+from ..race.entrants import Entrant
+from ..race.result import Race
+from .candidates import CANDIDATES, WORDS, Candidate
+from .data import Training
+from .result import JUDGED, Fit
 
 MARK = (
     " fitted"  # after a candidate's name in the race, where the filters of that name as they are run as well
@@ -252,8 +252,8 @@ def explained(made: Search, objective: str) -> list[str]:
 
 def differences(ranked: Ranked) -> str:
     """Its paired 95% intervals against the best, in words."""
-    from .fit_result import UNITS
-    from .fit_result import WORDS as METRIC_WORDS
+    from .result import UNITS
+    from .result import WORDS as METRIC_WORDS
 
     said = [f"{METRIC_WORDS[m]} {c.low:+.3g} … {c.high:+.3g}{UNITS[m]}" for m, c in ranked.behind.items()]
     return ", ".join(said)

@@ -7,18 +7,18 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .arguments import unknown
-from .fit_data import Training, from_file, from_scenarios, parse_truth
-from .fit_result import Fit
-from .io.errors import InputError
-from .learn.checkpoint import Checkpoint
-from .learn.gradient import differentiable
-from .learn.objectives import Likelihood, NotFinite, Objective, Prediction, Tracking, believed
-from .learn.optimise import Search
-from .learn.parameters import Parameters
-from .named import FILTERS, Unfit, canonical
-from .race.files import from_file as filter_from_file
-from .scenarios import SCENARIOS, Scenario
+from ..arguments import unknown
+from ..io.errors import InputError
+from ..learn.checkpoint import Checkpoint
+from ..learn.gradient import differentiable
+from ..learn.objectives import Likelihood, NotFinite, Objective, Prediction, Tracking, believed
+from ..learn.optimise import Search
+from ..learn.parameters import Parameters
+from ..named import FILTERS, Unfit, canonical
+from ..race.files import from_file as filter_from_file
+from ..scenarios import SCENARIOS, Scenario
+from .data import Training, from_file, from_scenarios, parse_truth
+from .result import Fit
 
 __all__ = ["OBJECTIVES", "Fit", "fit"]
 

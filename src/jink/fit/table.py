@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .fit_result import FITTED, START, Fit
-from .metrics import Figure
-from .race.table import show as show_race
+from ..metrics import Figure
+from ..race.table import show as show_race
+from .result import FITTED, START, Fit
 
 LONG = 42  # letters of a parameter's name that fit beside its figures in 80 columns
 

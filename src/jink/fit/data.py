@@ -9,18 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from .arguments import Array
-from .fit_truth import score_truth
-from .io.errors import InputError
-from .learn.gradient import Tracks
-from .named import Purpose
-from .race.entrants import Entrant
-from .race.recorded import Recording, prepared, purpose_of, race_on_file, repeated, split
-from .race.result import Race
-from .race.simulated import FIRST, prepare, race
-from .race.source import drawn
-from .scenarios import Scenario, by_name
-from .sensor import Position, PositionVelocity
+from ..arguments import Array
+from ..io.errors import InputError
+from ..learn.gradient import Tracks
+from ..named import Purpose
+from ..race.entrants import Entrant
+from ..race.recorded import Recording, prepared, purpose_of, race_on_file, repeated, split
+from ..race.result import Race
+from ..race.simulated import FIRST, prepare, race
+from ..race.source import drawn
+from ..scenarios import Scenario, by_name
+from ..sensor import Position, PositionVelocity
+from .truth import score_truth
 
 FITTING = 1 << 41  # numbers of the runs fitted on begin here: no race reaches them, nor its training runs
 SHOWN = 40  # held-out runs that the report page shows
@@ -211,7 +211,7 @@ def parse_truth(given: str | None, path: str) -> dict[str, str] | None:
     if given is None:
         return None
     if given == "true":
-        from .io.files import open_table
+        from ..io.files import open_table
 
         names = open_table(Path(path)).names
         there = {name: column for name, column in SIMULATED_TRUTH.items() if column in names}
@@ -230,7 +230,7 @@ def parse_truth(given: str | None, path: str) -> dict[str, str] | None:
 
 def true_values(path: str, row: np.ndarray, truth: Mapping[str, str]) -> Array:
     """Columns of a file (N, c) at its rows."""
-    from .io.files import open_table
+    from ..io.files import open_table
 
     table = open_table(Path(path))
     missing = [name for name in truth.values() if name not in table.names]

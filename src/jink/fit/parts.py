@@ -18,12 +18,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .arguments import Array
-from .learn.gradient import Tracks
-from .metrics import Figure
-from .metrics.figure import ratio_influence, spread
-from .race.recorded import repeated
-from .race.tally import inside
+from ..arguments import Array
+from ..learn.gradient import Tracks
+from ..metrics import Figure
+from ..metrics.figure import ratio_influence, spread
+from ..race.recorded import repeated
+from ..race.tally import inside
 
 PARTS = ("straight", "turning", "climbing", "standing")
 REACH, STEPS = 10.0, 5.0  # W: seconds, or so many usual steps if they are longer
