@@ -17,6 +17,7 @@ from jink.report.consistency import Consistency, consistency
 from jink.report.fit_charts import Line, bars, lines
 from jink.report.shell import escape, page, write_page
 
+WIDE = "column-span: all"  # of a card over all columns
 SHOWN = 3  # tracks drawn in full: most gained, middle, most lost
 AROUND = 31  # rows that innovations are averaged over
 UPDATED = 1
@@ -37,8 +38,9 @@ def write_fit_report(fit: Fit, path: str | os.PathLike[str], search: Search | No
     body = [
         f'<header class="masthead"><div class="names"><h1>{escape(title)}</h1>',
         *(f'<p class="lede">{escape(line)}</p>' for line in heading(fit).splitlines()),
-        f"</div></header><main class='cards' style='columns: 420px'>{_verdict_card(fit)}",
-        *([] if search is None else [_card("Candidates", _candidates(search))]),
+        "</div></header><main class='cards' style='columns: 420px'>",
+        "" if search is None else _card("Candidates", _candidates(search), WIDE),
+        _verdict_card(fit),
     ]
     if rows := part_rows(fit):
         table = _table(["NIS inside", "rows", "before", "after"], rows)
@@ -167,8 +169,7 @@ def _parameters(fit: Fit) -> str:
 
 def _candidates(search: Search) -> str:
     head, rows = search_table(search)
-    rows = [[name.replace("+", " + "), *rest] for name, *rest in rows]
-    said = "".join(f"<p>{escape(line)}</p>" for line in search.explanation)
+    said = f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in search.explanation)}</ul>"
     left = "".join(
         f'<p class="note">Without {escape(name)}: {escape(why)}</p>' for name, why in search.left.items()
     )
@@ -197,5 +198,5 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
 
 
-def _card(title: str, content: str) -> str:
-    return f'<section class="card"><h3>{escape(title)}</h3>{content}</section>'
+def _card(title: str, content: str, style: str = "") -> str:
+    return f'<section class="card" style="{style}"><h3>{escape(title)}</h3>{content}</section>'
