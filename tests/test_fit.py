@@ -26,3 +26,10 @@ def test_refusals():
         fit("nowhere.csv")
     with pytest.raises(InputError, match="did you mean imm"):
         fit("lee-2003", "imx")
+
+
+def test_a_fit_on_several_scenarios_says_which_one_it_was_checked_on():
+    both = fit("random-turns,random-accelerations", "kalman-cv", runs=12, check_runs=10, starts=1)
+    assert any("checked on random-turns alone" in line for line in both.warnings)
+    one = fit("random-turns", "kalman-cv", runs=12, check_runs=10, starts=1)
+    assert not any("alone" in line for line in one.warnings)

@@ -193,6 +193,8 @@ def stumbles(found: Found, filter: Any) -> list[str]:
 def warnings_of(fit: Fit, training: Training, tracks: Tracks) -> list[str]:
     """What a reader must know before using the fitted filter."""
     said = []
+    if fit.race.scenario != training.name:
+        said.append(f"checked on {fit.race.scenario} alone; jink compare shows the others")
     P = len(fit.parameters)
     owners = len(tracks) if tracks.owner is None else len(np.unique(tracks.owner))
     if tracks.rows < FEW_ROWS * P or owners < FEW_OWNERS:
