@@ -11,9 +11,7 @@ from typing import Any
 
 from .exit_status import PACKAGES, exit_status, failed
 from .io.errors import InputError
-
-OPTIMISERS = ("ga", "cma", "together")
-SEARCHED = ("fuzzy-imm", "fuzzy-kalman")
+from .learn.recipes import OPTIMISERS, SEARCHED
 
 
 @dataclass(frozen=True)

@@ -152,26 +152,18 @@ def from_file(path: str | os.PathLike[str], sd: float) -> Runs:
             f"{text}: has no column {(missing or ['x'])[0]!r}; expected measurements with their truth, as jink simulate writes them"
         )
     parts = table.partition_by("target", maintain_order=True)
-    longest = max(part.height for part in parts)
+    rows = pl.concat(parts)
 
-    def stack(names: list[str]) -> Array:
-        out = np.full((len(parts), longest, len(names)), np.nan)
-        for b, part in enumerate(parts):
-            for a, name in enumerate(names):
-                if name in part.columns:
-                    out[b, : part.height, a] = part[name].cast(pl.Float64).fill_null(np.nan).to_numpy()
-        return out
+    def numbers(names: list[str]) -> Array:
+        return np.column_stack([rows[n].cast(pl.Float64).fill_null(np.nan).to_numpy() for n in names])
 
-    time = stack(["time"])[..., 0]
-    rows = np.arange(longest)
-    for b, part in enumerate(
-        parts
-    ):  # rows after a run's end stand still at its last time, without measurements
-        time[b] = np.where(rows < part.height, time[b], time[b, part.height - 1])
-    return Runs(
-        time=time, z=stack(axes), position=stack([f"true_{a}" for a in axes]), velocity=stack([f"true_velocity_{a}" for a in axes]),
-        acceleration=stack([f"true_acceleration_{a}" for a in axes]), sd=positive("sd", sd), name=text, numbers=np.arange(len(parts)),
+    truth = {q[0] + a: f"true{'' if q == 'position' else f'_{q}'}_{a}" for q in TRUTHS for a in axes}
+    truth = {component: name for component, name in truth.items() if name in rows.columns}
+    tracks = Tracks(
+        numbers(["time"])[:, 0], numbers(axes), np.r_[0, np.cumsum([part.height for part in parts])],
+        truth=numbers([*truth.values()]), components=tuple(truth),
     )  # fmt: skip
+    return from_tracks(tracks, sd, text)
 
 
 def fingerprint(runs: Runs) -> str:

@@ -20,9 +20,10 @@ from ..fuzzy import FuzzyRules
 from ..motion import ConstantVelocity
 from ..sensor import Position
 from ..trained import Trained
+from . import evolution
 from .data import Runs
 
-OPTIMISERS = ("ga", "cma", "together")
+OPTIMISERS = (*evolution.OPTIMISERS, "together")
 SHARES = (0.01, 0.1, 1.0)  # of the kind's acceleration: inputs of the sub-models, as in the paper
 STAY = 0.97  # per scan
 RANGE = (1e-3, 3.0)  # of the kind's acceleration: sds of noise that networks choose from
