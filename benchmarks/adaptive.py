@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 
 import jink
-from jink.anfis import Anfis
-from jink.corrector import Corrector
 from jink.filters.adaptive_imm import AugmentedAcceleration, TwoStageAcceleration, aimm
 from jink.filters.aided import Aided
 from jink.filters.current_statistical import csaf, facs
@@ -27,8 +25,10 @@ from jink.filters.variable_structure import (
     line_transition,
     noise_levels,
 )
-from jink.network import Network
-from jink.noise_network import ModeNetwork, NoiseNetwork
+from jink.models.anfis import Anfis
+from jink.models.corrector import Corrector
+from jink.models.network import Network
+from jink.models.noise_network import ModeNetwork, NoiseNetwork
 
 from .cases import ACCELERATION_SD, POSITION_SD, STAY, VELOCITY_PRIOR_SD, Case, regular
 from .race import Job

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jink.kinds import default_filter
-from jink.references import RandomAccelerations, RandomTurns, near_optimal
+from jink.catalogue.targets import default_filter
+from jink.compare import near_optimal
+from jink.compare.priors import RandomAccelerations, RandomTurns
 from jink.scenarios import SCENARIOS
 from jink.scenarios.scenario import Simulation
 

@@ -19,8 +19,8 @@ from typing import Any
 import jink
 from jink.fit.data import Training
 from jink.fit.fitting import chosen_objective, training_data
-from jink.learn.optimise import Search
-from jink.learn.parameters import Parameters
+from jink.fit.optimise import Search
+from jink.fit.parameters import Parameters
 from jink.scenarios import SCENARIOS
 
 from .efficiency import CHUNK, FAMILIES, against, planes, squares

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from jink import Position
-from jink.io.cleaning import Cleaning, clean
 from jink.io.loading import Reading, load_files
-from jink.io.noise_level import noise_levels
-from jink.io.placing import begin_with_height, place
+from jink.tracking.cleaning import Cleaning, clean
+from jink.tracking.noise_level import noise_levels
+from jink.tracking.placing import begin_with_height, place
 
 REACH = 10.0  # s: the local cubic sees this far back and ahead
 LONG = 40  # positions it uses at most

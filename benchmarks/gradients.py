@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 import jink
-from jink.learn.gradient import Tracks, gradient
-from jink.learn.parameters import Parameters
+from jink.fit.gradient import Tracks, gradient
+from jink.fit.parameters import Parameters
 
 from .cases import regular
 from .race import Job, Lap, compare

@@ -7,15 +7,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from jink.learn import genetic, titi_guney
+from jink.learn import genetic
 from jink.learn.aid import inputs_of, tuned_acceleration, watch
 from jink.learn.anfis import fit_anfis
-from jink.learn.broad import broad
-from jink.learn.choi_2001 import WIDE_BANK
 from jink.learn.data import from_scenario
 from jink.learn.end_to_end import train_end_to_end
+from jink.learn.mixed_paths import broad
 from jink.learn.modes import untrained
 from jink.learn.modes_end_to_end import train_scores_end_to_end
+from jink.papers.training import titi_guney
+from jink.papers.training.choi_2001 import WIDE_BANK
 
 from .targets import Row, reason
 

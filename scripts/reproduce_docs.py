@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from jink.papers import PAPERS, run
-from jink.papers.table import show
+from jink.report.papers_table import show
 
 PAGE = Path(__file__).parents[1] / "docs" / "reproduce.md"
 

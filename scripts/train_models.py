@@ -9,10 +9,10 @@ import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from jink.learn.models import CHOI, SEEDS, TRAINERS, train
-from jink.models import file_name
+from jink.catalogue.shipped import file_name
+from jink.papers.training.shipped import CHOI, SEEDS, TRAINERS, train
 
-FOLDER = Path(__file__).parents[1] / "src" / "jink" / "papers" / "models"
+FOLDER = Path(__file__).parents[1] / "src" / "jink" / "catalogue" / "models"
 
 
 def main() -> int:

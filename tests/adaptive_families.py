@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from test_native_learned import membership_functions, random_network
 
 import jink
-from jink.anfis import Anfis
-from jink.corrector import Corrector
 from jink.filters.variable_structure import line_transition
-from jink.noise_network import ModeNetwork, NoiseNetwork
+from jink.models.anfis import Anfis
+from jink.models.corrector import Corrector
+from jink.models.noise_network import ModeNetwork, NoiseNetwork
 
 ratios = st.floats(-2, 2).map(lambda e: 10.0**e)  # accelerations over one second, in the sensor's sd
 

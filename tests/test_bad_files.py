@@ -14,9 +14,9 @@ from test_bad_input import CA, CV, LEVELS
 from typer.testing import CliRunner
 
 import jink
-from jink.cli import app
+from jink.catalogue import FILTERS, Purpose
+from jink.cli.main import app
 from jink.filters.loading import read
-from jink.named import FILTERS, Purpose
 
 FLIGHTS = Path(__file__).parent.parent / "examples" / "flights.parquet"
 SPACE = jink.Position(sd=25.0, axes=3)

@@ -210,7 +210,7 @@ def noise_network(**changed):
         "centre": [0.0] * 3,
         "scale": [1.0] * 3,
     }
-    return jink.noise_network.NoiseNetwork(network=random_network([3, 4, 1], 6), **{**given, **changed})  # fmt: skip
+    return jink.models.noise_network.NoiseNetwork(network=random_network([3, 4, 1], 6), **{**given, **changed})  # fmt: skip
 
 
 @pytest.mark.parametrize("what", REFUSED)

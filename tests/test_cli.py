@@ -12,7 +12,7 @@ import polars as pl
 import pytest
 from typer.testing import CliRunner
 
-from jink.cli import app
+from jink.cli.main import app
 
 FLIGHTS = Path(__file__).parent.parent / "examples" / "flights.parquet"
 TEXT_ENVIRONMENT = os.environ | {"COLUMNS": "200", "NO_COLOR": "1"}
@@ -28,7 +28,7 @@ def run(*arguments: object) -> tuple[int, str, str]:
 
 def piped(*arguments: str, stdin: bytes) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, "-m", "jink.cli", *arguments], input=stdin, capture_output=True, env=TEXT_ENVIRONMENT
+        [sys.executable, "-m", "jink", *arguments], input=stdin, capture_output=True, env=TEXT_ENVIRONMENT
     )
 
 
@@ -293,7 +293,7 @@ def test_a_stream_agrees_with_the_same_rows_from_a_file(tmp_path):
 
 def test_estimates_come_while_the_stream_is_still_open():
     process = subprocess.Popen(
-        [sys.executable, "-m", "jink.cli", "track", "-", "-q"],
+        [sys.executable, "-m", "jink", "track", "-", "-q"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env=TEXT_ENVIRONMENT,
@@ -321,7 +321,7 @@ def test_help_shows_every_option_without_heavy_imports():
     shown = piped("track", "--help", stdin=b"").stdout.decode()
     for option in ("--smooth", "--report", "--columns", "--sensor-sd", "--gap", "--json", "--kind"):
         assert option in shown
-    heavy = "import sys, jink.cli; print([m for m in ('polars', 'pyproj', 'pandas', 'scipy') if m in sys.modules])"
+    heavy = "import sys, jink.cli.main; print([m for m in ('polars', 'pyproj', 'pandas', 'scipy') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", heavy], capture_output=True, check=True, text=True)
     assert done.stdout.strip() == "[]"
 

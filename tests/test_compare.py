@@ -14,13 +14,13 @@ from oracle.twin import Twin, part
 
 import jink
 from jink import metrics
-from jink.compare import compare
+from jink.catalogue.tuning import best_noise, golden_section
+from jink.compare import simulated
+from jink.compare.estimates import raw
+from jink.compare.mahalanobis import mahalanobis
+from jink.compare.race import compare
+from jink.compare.scores import Tally, difference
 from jink.io.errors import InputError
-from jink.named.tuning import best_noise, golden_section
-from jink.race import simulated
-from jink.race.answers import raw
-from jink.race.squares import mahalanobis
-from jink.race.tally import Tally, difference
 from jink.scenarios import SCENARIOS
 
 
@@ -219,7 +219,7 @@ def test_polar_scenarios_race_with_polar_filters():
 
 @pytest.mark.parametrize("radar", ["radar-1hz", "radar-12s"])
 def test_raw_positions_of_a_radar_without_noise_are_the_truth(radar):
-    from jink.race.answers import measured_position
+    from jink.compare.estimates import measured_position
     from jink.scenarios.sensing import exact
 
     scenario = SCENARIOS["drone"].seen_by(radar)

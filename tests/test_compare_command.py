@@ -11,8 +11,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import jink
-from jink.compare import ALWAYS, ENTRANTS, compare
-from jink.compare_command import CompareRequest, run_compare
+from jink.cli.compare import CompareRequest, run_compare
+from jink.compare.race import ALWAYS, ENTRANTS, compare
 from jink.io.errors import InputError
 from jink.scenarios import SCENARIOS
 
@@ -78,7 +78,7 @@ def test_json_has_the_promised_form(tmp_path, capsys):
 
 @pytest.mark.parametrize("runs", [24, 2])
 def test_a_file_without_truth_is_scored_on_held_out_predictions(runs, tmp_path, capsys):
-    from jink.simulate import simulation_table
+    from jink.scenarios.table import simulation_table
 
     path = tmp_path / "seen.csv"
     s = short("random-turns", 80).simulate(runs, 1)
@@ -97,8 +97,8 @@ def test_a_file_without_truth_is_scored_on_held_out_predictions(runs, tmp_path, 
 
 def test_predictions_are_those_of_the_state_before(tmp_path):
     """With constant velocity the prediction is p + T v of the row before."""
-    from jink.race.recorded import _predictions, read
-    from jink.simulate import simulation_table
+    from jink.compare.recorded import _predictions, read
+    from jink.scenarios.table import simulation_table
 
     path = tmp_path / "seen.csv"
     simulation_table(short("random-turns", 30).simulate(3, 1)).select("target", "time", "x", "y").write_csv(
@@ -115,9 +115,9 @@ def test_predictions_are_those_of_the_state_before(tmp_path):
 @pytest.mark.parametrize("name", ["vsmm-ds", "fuzzy-imm", "input-estimation", "nnvsmm"])
 def test_filters_that_count_rows_predict_live(name, tmp_path):
     """A row without a measurement would move on what is alive, or leave the last residual: predicted target by target instead."""
-    from jink.named import FILTERS, Purpose
-    from jink.race.recorded import _predictions, read
-    from jink.simulate import simulation_table
+    from jink.catalogue import FILTERS, Purpose
+    from jink.compare.recorded import _predictions, read
+    from jink.scenarios.table import simulation_table
 
     path = tmp_path / "seen.csv"
     table = simulation_table(short("random-turns", 30).simulate(3, 1)).select("target", "time", "x", "y")

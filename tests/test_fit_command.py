@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import jink
-from jink.fit_command import FitRequest, run_fit
-from jink.seeing import Seeing
-from jink.simulate_command import SimulateRequest, run_simulate
+from jink.cli.fit import FitRequest, run_fit
+from jink.cli.simulate import SimulateRequest, run_simulate
+from jink.scenarios.observation import Seeing
 
 FLIGHTS = str(Path(__file__).resolve().parents[1] / "examples" / "flights.parquet")
 
@@ -121,7 +121,7 @@ def test_ctrl_c_keeps_the_best_so_far_and_resume_ends_the_fit(tmp_path):
     """Exit status 130, the filter written and marked partial in the JSON; taken up again the fit ends with status 0."""
     out = tmp_path / "fitted.json"
     command = [
-        sys.executable, "-c", "from jink.cli import main; main()", "fit", "random-turns", "--filter", "imm-cv-ct", "--runs", "400",
+        sys.executable, "-c", "from jink.cli.main import main; main()", "fit", "random-turns", "--filter", "imm-cv-ct", "--runs", "400",
         "--check-runs", "20", "--starts", "2", "--minutes", "30", "-o", str(out), "--json",
     ]  # fmt: skip
     kept = out.with_name("fitted.json.checkpoint")

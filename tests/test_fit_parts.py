@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import jink
+from jink.compare.recorded import repeated
 from jink.fit import fit
 from jink.fit.fitting import training_data
-from jink.fit.parts import PARTS, innovations, parts, shares
-from jink.learn.gradient import Tracks
-from jink.race.recorded import repeated
+from jink.fit.gradient import Tracks
+from jink.fit.regimes import PARTS, innovations, parts, shares
 
 
 def flight(sd=0.0, seed=0, heights=True):
@@ -109,7 +109,7 @@ def test_a_fit_says_how_consistent_each_part_is(tmp_path):
 
 def test_a_file_with_truth_is_judged_by_it(tmp_path):
     from jink.scenarios import by_name
-    from jink.simulate import simulation_table
+    from jink.scenarios.table import simulation_table
 
     path = tmp_path / "seen.csv"
     simulation_table(by_name("random-turns").simulate(24, 1)).write_csv(path)
@@ -126,7 +126,7 @@ def test_a_file_with_truth_is_judged_by_it(tmp_path):
 
 
 def test_the_command_says_where_it_wrote_and_the_page_shows_the_parts(tmp_path, capsys):
-    from jink.fit_command import FitRequest, run_fit
+    from jink.cli.fit import FitRequest, run_fit
 
     data, out, page = recorded(tmp_path, 12, 0), tmp_path / "my.json", tmp_path / "my.html"
     request = FitRequest(data, str(out), filter="kalman-cv", kind="vehicle", starts=1, report=str(page))

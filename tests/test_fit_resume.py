@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import jink
+from jink.catalogue import FILTERS, Purpose
+from jink.fit.checkpoint import Checkpoint
 from jink.fit.data import from_scenarios
+from jink.fit.gradient import Tracks
+from jink.fit.objectives import Likelihood, NotFinite, Tracking
+from jink.fit.optimise import Search, State
+from jink.fit.parameters import Parameters
 from jink.io.errors import InputError
-from jink.learn.checkpoint import Checkpoint
-from jink.learn.gradient import Tracks
-from jink.learn.objectives import Likelihood, NotFinite, Tracking
-from jink.learn.optimise import Search, State
-from jink.learn.parameters import Parameters
-from jink.named import FILTERS, Purpose
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +106,7 @@ def test_a_figure_that_is_no_number_is_named():
 
 
 def test_derivatives_that_are_no_numbers_are_named_and_passed_by(monkeypatch, turns):
-    from jink.learn import objectives
+    from jink.fit import objectives
 
     true, count = objectives.gradient, 0
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import jink
+from jink.catalogue import Purpose
+from jink.cli.fit import FitRequest, run_fit
 from jink.fit.fitting import chosen_objective, training_data
 from jink.fit.search import CANDIDATES, search
-from jink.fit_command import FitRequest, run_fit
 from jink.io.errors import InputError
-from jink.named import Purpose
 
 FLIGHTS = str(Path(__file__).resolve().parents[1] / "examples" / "flights.parquet")
 

@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from oracle.situations import P2, SITUATIONS, make_data
 
 import jink
-from jink.learn.gradient import Tracks, differentiable, gradient
-from jink.learn.parameters import Parameters
+from jink.fit.gradient import Tracks, differentiable, gradient
+from jink.fit.parameters import Parameters
 
 TOLERANCE = 1e-6
 

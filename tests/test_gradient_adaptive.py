@@ -8,12 +8,12 @@ from oracle.situations import SITUATIONS
 from test_gradient import assert_gradient, assert_round_trip, tracks_of
 
 import jink
+from jink.catalogue import FILTERS, Purpose
 from jink.filters.adaptive_imm import aimm
+from jink.fit.gradient import Tracks, differentiable, gradient
+from jink.fit.parameters import Parameters
 from jink.learn import mlp
-from jink.learn.gradient import Tracks, differentiable, gradient
-from jink.learn.parameters import Parameters
-from jink.named import FILTERS, Purpose
-from jink.noise_network import NoiseNetwork
+from jink.models.noise_network import NoiseNetwork
 
 CV = jink.ConstantVelocity(acceleration_sd=2.0)
 LIMITS = jink.CurrentStatistical(limits=jink.FuzzyLimits(threshold=60.0, operating=50.0), time_constant=9.0)

@@ -6,7 +6,7 @@ import pytest
 
 import jink
 from benchmarks.efficiency import FAMILIES, against, measure
-from jink.kinds import KINDS, default_filter
+from jink.catalogue.targets import KINDS, default_filter
 from jink.scenarios import SCENARIOS
 
 SENSORS = (

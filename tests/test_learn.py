@@ -9,9 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 import jink
-from jink.cli import app
+from jink.cli.main import app
+from jink.learn.learning import BASE, LEARNED, learn
 from jink.learn.recipes import RECIPES
-from jink.learning import BASE, LEARNED, learn
 
 SMALL = {
     "fuzzy-imm": {"generations": 4, "population": 30, "rules": 6},

@@ -16,11 +16,11 @@ from oracle.variable_dimension import VariableDimension
 from test_native_adaptive import SD, R, assert_close, assert_same, position, reports, run, stay
 
 import jink
-from jink.anfis import Anfis as NativeAnfis
-from jink.corrector import Corrector
 from jink.metrics.chi_square import quantile
-from jink.network import Network
-from jink.noise_network import ModeNetwork, NoiseNetwork
+from jink.models.anfis import Anfis as NativeAnfis
+from jink.models.corrector import Corrector
+from jink.models.network import Network
+from jink.models.noise_network import ModeNetwork, NoiseNetwork
 
 TABLES = [
     [(0.0, 6.0, 0.0, 9.0, 0.2), (9.0, 5.0, 4.0, 8.0, 4.0), (-9.0, 5.0, -4.0, 8.0, 3.0)],

@@ -19,7 +19,7 @@ from test_native_adaptive import ESTIMATORS, R, assert_close, bank, position, re
 from test_native_learned import fuzzy_modes, random_network, rules
 
 import jink
-from jink.noise_network import ModeNetwork, NoiseNetwork
+from jink.models.noise_network import ModeNetwork, NoiseNetwork
 
 ONE = np.ones((1, 1))
 BOTH_WAYS = 1e-8  # rounding of two passes

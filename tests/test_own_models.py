@@ -20,7 +20,7 @@ from own_models import (
 
 import jink
 from jink import _engine
-from jink.motion import component_names
+from jink.models.motion import component_names
 
 SITE = RADAR.kwargs["site"]
 POLAR = jink.Polar(range_sd=20.0, azimuth_sd=0.003, site=SITE)

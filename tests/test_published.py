@@ -12,7 +12,7 @@ import pytest
 
 import jink
 from jink import metrics
-from jink.race.simulated import race
+from jink.compare.simulated import race
 from jink.scenarios import SCENARIOS
 
 

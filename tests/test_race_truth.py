@@ -13,14 +13,14 @@ from numpy.testing import assert_allclose
 
 import jink
 from jink import metrics
-from jink.compare import compare
-from jink.compare_command import CompareRequest, run_compare
+from jink.catalogue import Unfit
+from jink.cli.compare import CompareRequest, run_compare
+from jink.compare import bounds, manoeuvring, simulated
+from jink.compare.race import compare
 from jink.io.errors import InputError
-from jink.named import Unfit
-from jink.race import bounds, manoeuvring, simulated
 from jink.scenarios import SCENARIOS
-from jink.seeing import Seeing, in_words
-from jink.simulate import simulation_table
+from jink.scenarios.observation import Seeing, in_words
+from jink.scenarios.table import simulation_table
 
 
 def short(name: str, scans: int, **changes):

@@ -13,13 +13,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from jink import papers
+from jink.cli.reproduce import ReproduceRequest, run_reproduce
 from jink.papers import PAPERS, run
 from jink.papers.drawing import Chart, Line, Surface
 from jink.papers.paper import Row
-from jink.papers.table import measured, sheets
+from jink.report.papers_table import measured, sheets
 from jink.report.reproduce_page import page
 from jink.report.svg import drawn, log_ticks, ticks
-from jink.reproduce_command import ReproduceRequest, run_reproduce
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ from subjects import NOT_SMOOTHED
 from typer.testing import CliRunner
 
 import jink
-from jink.cli import app
-from jink.default_filter import choose_filter
-from jink.named import FILTERS
+from jink.catalogue import FILTERS
+from jink.catalogue.choose import choose_filter
+from jink.cli.main import app
 
 FLIGHTS = Path(__file__).parent.parent / "examples" / "flights.parquet"
 SURE = dict.fromkeys(

@@ -3,12 +3,15 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .filters.estimate import STATUS, Estimate
+from .estimate import STATUS, Estimate
 from .filters.imm import IMM
 from .filters.kalman import Kalman
-from .motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
-from .noise import OnePoint, Outliers, Prior, Sojourn, TwoPoint
-from .sensor import Bearing, Polar, Position, PositionVelocity
+from .models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
+from .models.outliers import Outliers
+from .models.provenance import VERSION as __version__
+from .models.sensor import Bearing, Polar, Position, PositionVelocity
+from .models.start import OnePoint, Prior, TwoPoint
+from .models.switching import Sojourn
 
 if TYPE_CHECKING:
     from .filters.adaptive_imm import (
@@ -26,12 +29,11 @@ if TYPE_CHECKING:
     from .filters.pseudo_bayesian import GPB1, GPB2, StaticMM
     from .filters.variable_dimension import VariableDimension
     from .filters.variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
-    from .fuzzy import FuzzyRules
-    from .tracking import track
-
-__version__ = "0.1.0"
+    from .models.fuzzy import FuzzyRules
+    from .tracking.batch import track
 
 __all__ = [
+    "__version__",
     "GPB1",
     "GPB2",
     "IMM",
@@ -85,7 +87,7 @@ _LATER = {
     "DigraphSwitching": "filters.variable_structure",
     "FuzzyLimits": "filters.current_statistical",
     "FuzzyNoise": "filters.fuzzy_imm",
-    "FuzzyRules": "fuzzy",
+    "FuzzyRules": "models.fuzzy",
     "GPB1": "filters.pseudo_bayesian",
     "GPB2": "filters.pseudo_bayesian",
     "InputEstimation": "filters.input_estimation",

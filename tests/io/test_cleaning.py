@@ -5,8 +5,8 @@ import polars as pl
 from hypothesis import given
 from hypothesis import strategies as st
 
-from jink.io.cleaning import Cleaned, Cleaning, clean
 from jink.io.rejected import together
+from jink.tracking.cleaning import Cleaned, Cleaning, clean
 
 
 def _rows(time, x, target=None, source=None, speed=None, y=None) -> pl.DataFrame:

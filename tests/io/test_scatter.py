@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from jink.io.errors import InputError
-from jink.io.noise_level import parse_sensor_sd
-from jink.io.scatter import component_sd, plane_scatter, rough_velocity, third_differences
+from jink.tracking.noise_level import parse_sensor_sd
+from jink.tracking.scatter import component_sd, plane_scatter, rough_velocity, third_differences
 
 
 def _flight(count=4000, *, sd=5.0, time_sd=0.0, seed=1, outliers=0.0):

@@ -6,8 +6,8 @@ import numpy as np
 import polars as pl
 import pytest
 
+from jink.io.clocks import read_times
 from jink.io.errors import InputError
-from jink.io.times import read_times
 
 INSTANT = datetime(2021, 10, 7, 12, 12, 53, 250_000, tzinfo=UTC)
 SECONDS = INSTANT.timestamp()

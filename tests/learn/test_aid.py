@@ -10,13 +10,13 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import jink
-from jink.anfis import Anfis
-from jink.corrector import Corrector
 from jink.filters.aided import Aided
 from jink.learn.aid import correction, fit_corrector, inputs_of, position_rms, watch
 from jink.learn.anfis import fit_anfis
 from jink.learn.data import from_scenario, joined
 from jink.learn.mlp import fit_network
+from jink.models.anfis import Anfis
+from jink.models.corrector import Corrector
 
 SENSOR = jink.Position(sd=50.0, axes=1)
 SLUGGISH = jink.Kalman(jink.ConstantAcceleration(jerk_psd=1e-3), SENSOR)

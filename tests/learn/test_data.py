@@ -8,12 +8,12 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import jink
+from jink.cli.simulate import SimulateRequest, run_simulate
 from jink.filters.aided import Aided
 from jink.learn import genetic as ga
 from jink.learn.aid import fit_corrector, position_rms
 from jink.learn.data import from_file, from_scenario
-from jink.seeing import Seeing
-from jink.simulate_command import SimulateRequest, run_simulate
+from jink.scenarios.observation import Seeing
 
 SENSOR = jink.Position(sd=50.0, axes=1)
 SLUGGISH = jink.Kalman(jink.ConstantAcceleration(jerk_psd=1e-3), SENSOR)

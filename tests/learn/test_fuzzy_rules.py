@@ -11,7 +11,7 @@ from oracle.fuzzy import Rules
 
 import jink
 from jink.filters.fuzzy_imm import FuzzyNoise, fuzzy_imm
-from jink.fuzzy import PUBLISHED, FuzzyRules
+from jink.models.fuzzy import PUBLISHED, FuzzyRules
 
 SENSOR = jink.Position(sd=500.0, axes=1)
 

@@ -9,12 +9,12 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from oracle.fuzzy import Rules, fuzzy_imm
 
-from jink.fuzzy import PUBLISHED, FuzzyRules
 from jink.learn import genetic as ga
 from jink.learn.data import from_scenario
 from jink.learn.evolution import Chromosome, cma_es, genetic, search
 from jink.learn.interacting import identify_modes
 from jink.learn.population import errors_of, errors_of_rules, normalised, stacked
+from jink.models.fuzzy import PUBLISHED, FuzzyRules
 
 pymoo = pytest.importorskip("pymoo")
 STAY = np.full((3, 3), 0.015) + np.diag([0.955] * 3)

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from jink.learn import anfis, end_to_end, mlp, modes, modes_end_to_end, noise
 from jink.learn.data import from_scenario
-from jink.noise_network import NoiseNetwork
+from jink.models.noise_network import NoiseNetwork
 
 
 def differences(loss, arrays, step=1e-5):

@@ -10,10 +10,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from jink import _engine
-from jink.learn.models import CHOI, SEEDS, TRAINERS, train
-from jink.models import file_name, shipped
+from jink.catalogue.shipped import file_name, shipped
+from jink.papers.training.shipped import CHOI, SEEDS, TRAINERS, train
 
-FOLDER = resources.files("jink") / "papers" / "models"
+FOLDER = resources.files("jink.catalogue") / "models"
 FILES = {
     file_name(name, seed): (name, seed) for name in TRAINERS for seed in (SEEDS if name in CHOI else [None])
 }

@@ -10,15 +10,15 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import jink
+from jink.catalogue.shipped import shipped
 from jink.learn import supervised
-from jink.learn.broad import broad
-from jink.learn.choi_2001 import BANK, _modes_filter, _noise_filter
 from jink.learn.data import from_scenario
 from jink.learn.end_to_end import train_end_to_end
+from jink.learn.mixed_paths import broad
 from jink.learn.mlp import parameters_of
 from jink.learn.modes import train_scores, untrained
 from jink.learn.modes_end_to_end import tracking_loss, train_scores_end_to_end
-from jink.models import shipped
+from jink.papers.training.choi_2001 import BANK, _modes_filter, _noise_filter
 
 TRAINING, VALIDATION = (from_scenario("choi-2001-mixed", n, seed) for n, seed in ((120, 1), (40, 2)))
 MOTIONS = [jink.ConstantVelocity(acceleration_sd=q**0.5) for q in BANK]

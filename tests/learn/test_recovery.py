@@ -6,11 +6,11 @@ import numpy as np
 from oracle import motion as om
 
 import jink
-from jink.learn.gradient import Tracks
-from jink.learn.objectives import Likelihood
-from jink.learn.optimise import Search
-from jink.learn.parameters import Parameters
-from jink.learn.uncertainty import standard_errors
+from jink.fit.gradient import Tracks
+from jink.fit.objectives import Likelihood
+from jink.fit.optimise import Search
+from jink.fit.parameters import Parameters
+from jink.fit.uncertainty import standard_errors
 
 TRACKS, SCANS, SD, FINE = 500, 60, 15.0, 0.5
 

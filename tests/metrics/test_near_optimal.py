@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import jink
-from jink.references import RandomAccelerations, RandomTurns, near_optimal
+from jink.compare import near_optimal
+from jink.compare.priors import RandomAccelerations, RandomTurns
 
 sys.path.insert(0, str(Path(__file__).parent))
 import families

@@ -11,16 +11,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from jink.compare import compare
-from jink.compare_command import CompareRequest, command_line, run_compare
+from jink.cli.compare import CompareRequest, command_line, run_compare
+from jink.compare import simulated
+from jink.compare.race import compare
+from jink.compare.result import Race
 from jink.io.errors import InputError
 from jink.metrics import Figure
-from jink.race import simulated
-from jink.race.result import Race
 from jink.report.race_data import columns, half_width, interval_text
 from jink.report.race_page import write_race_report
 from jink.scenarios import SCENARIOS
-from jink.seeing import Seeing
+from jink.scenarios.observation import Seeing
 
 
 def short(name: str, scans: int, **changes):
@@ -218,7 +218,7 @@ def test_the_command_on_the_page_does_it_again(tmp_path):
     command = command_line(request)
     assert command.replace("&", "&amp;") in page.read_text(encoding="utf-8")
     words = command.split()[1:]
-    subprocess.run([sys.executable, "-m", "jink.cli", *words, "--json", str(second), "-q"], check=True)
+    subprocess.run([sys.executable, "-m", "jink", *words, "--json", str(second), "-q"], check=True)
     a, b = (json.loads(path.read_text()) for path in (first, second))
     for name, figures in a["filters"].items():
         for metric, figure in figures.items():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from jink.metrics.draws import Draws
 from jink.scenarios import SCENARIOS
-from jink.scenarios.draws import Draws
 
 G = 9.80665
 # north, east, altitude, speed, course (degrees); begin, end, course change, lateral g of every turn

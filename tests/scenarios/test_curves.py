@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from jink.metrics.draws import Draws
 from jink.scenarios import SCENARIOS
 from jink.scenarios.curves import Curves, Ramps, pulses
-from jink.scenarios.draws import Draws
 
 
 @pytest.mark.parametrize("name", ["weave", "vessel", "drone", "benchmark-5", "terminal-area"])

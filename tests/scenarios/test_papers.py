@@ -9,7 +9,7 @@ from jink.scenarios import SCENARIOS
 
 def truth_at(name: str, times: list[float], run: int = 0):
     """Kinematics of one run without its process noise, (n, axes) each."""
-    from jink.scenarios.draws import Draws
+    from jink.metrics.draws import Draws
 
     truth = SCENARIOS[name].truth(Draws(0, [run]))
     return [values[0] for values in truth.at(np.array([times]))]

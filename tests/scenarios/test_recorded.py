@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from jink.io.errors import InputError
-from jink.scenarios.draws import Draws
+from jink.metrics.draws import Draws
 from jink.scenarios.recorded import Spline, recorded
 
 FLIGHTS = Path(__file__).parents[2] / "examples" / "flights.parquet"

@@ -9,9 +9,9 @@ import polars as pl
 import pytest
 from typer.testing import CliRunner
 
-from jink.cli import app
+from jink.cli.main import app
 from jink.scenarios import SCENARIOS
-from jink.simulate import simulation_table
+from jink.scenarios.table import simulation_table
 
 
 def run(*arguments: object) -> tuple[int, str, str]:

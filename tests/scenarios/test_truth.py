@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from jink.metrics.draws import Draws
 from jink.scenarios import SCENARIOS
-from jink.scenarios.draws import Draws
 
 STEP = 2.0**-6
 STENCIL = {-2: 1 / 12, -1: -8 / 12, 1: 8 / 12, 2: -1 / 12}  # fourth-order central difference

@@ -9,12 +9,14 @@ from typing import Any, ClassVar
 
 from numpy.typing import ArrayLike
 
-from ..arguments import PerAxis, numbers, per_axis, positive
-from ..motion import ConstantVelocity, NativeMode
-from ..noise import OnePoint, Outliers, Prior, TwoPoint
-from ..sensor import Sensor
+from ..checks import PerAxis, numbers, per_axis, positive
+from ..models.motion import ConstantVelocity, NativeMode
+from ..models.outliers import Outliers
+from ..models.sensor import Sensor
+from ..models.start import OnePoint, Prior, TwoPoint
 from .imm import IMM
 from .parts import FIXED, Adaptation, Parts
+from .plain import MODES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,6 +154,8 @@ class AdaptiveIMM(IMM):
     measurements, :class:`TwoStageAcceleration` or :class:`AugmentedAcceleration` (its state is no part of the estimate). The other
     arguments are those of :class:`jink.IMM`. Source: Munir & Atherton, IEE Proc. RSN 142(1), 1995; Lee, Joo & Park 2003, eq. 7-1.
     """
+
+    arguments = ("estimator", *MODES)
 
     def __init__(
         self,

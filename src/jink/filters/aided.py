@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from .. import _engine
-from ..anfis import Anfis
-from ..corrector import Corrector
+from ..models.anfis import Anfis
+from ..models.corrector import Corrector
 from .bank import Bank
 from .neural_vsmm import layers
 from .parts import Parts
+from .plain import plain
 
 RESIDUALS, INNOVATIONS = 1, 2
 MODELS = {"triangular": 1, "gaussian": 2, "bell": 3}  # of an ANFIS; a network is 0
@@ -26,6 +27,8 @@ class Aided(Bank):
     corrected. Errors: ValueError for units that do not go with the sensor, TypeError for a filter on models of your own.
     Source: Titi & Güney, "Adaptive neuro-fuzzy aided Kalman filter for target tracking".
     """
+
+    arguments = ("corrector",)
 
     not_smoothed = (
         "its aid was trained on filtered estimates; smooth the filter it aids, such as a jink.Kalman"
@@ -45,6 +48,10 @@ class Aided(Bank):
         modes, sensors, rules, parts = filter._declared
         self._declared = (modes, sensors, rules, replace(parts or Parts(), aid=_native(corrector)))
         self._engine = _engine.Engine(modes, sensors, *rules, *self._declared[3].native(self.axes))
+
+    def described(self) -> dict[str, Any]:
+        """The filter under the aid, and the aid."""
+        return {"filter": "Aided", "of": self.filter_.described(), "corrector": plain(self.corrector)}
 
     def __repr__(self) -> str:
         return f"Aided({self.filter_!r}, {type(self.corrector.model).__name__})"

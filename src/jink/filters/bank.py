@@ -3,20 +3,22 @@
 import os
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _engine
-from ..arguments import Array, thread_count
-from ..motion import component_names, mode_names
-from ..noise import OnePoint, Outliers, Prior, TwoPoint
+from ..checks import Array, thread_count
+from ..estimate import Estimate
+from ..models.motion import component_names, mode_names
+from ..models.non_manoeuvring import non_manoeuvring_modes
+from ..models.outliers import Outliers
+from ..models.start import OnePoint, Prior, TwoPoint
 from ..times import seconds
-from .estimate import Estimate
 from .live import LiveBatch
 from .parts import Parts, is_fixed, native_mode
-from .quiet import quiet_modes
+from .plain import VERSION, plain, write
 from .results import allocate
 from .rows import array_of, measurements, prior_of_tracks, row_noise, sensor_index, track_offsets
 from .rules import engine_rules
@@ -32,6 +34,7 @@ class Bank:
     coast: float | None
     fitted: dict[str, Any] = {}  # noqa: RUF012 # of a filter read from a file: what the file says it was fitted on
     not_smoothed: str = ""  # why there is no smoother, if there is none
+    arguments: ClassVar[tuple[str, ...]]  # what a file holds of it beside motion models and sensors
     _declared: tuple[list[Any], list[Any], tuple[Any, ...], Parts] | None = (
         None  # what the engine was made from
     )
@@ -120,7 +123,7 @@ class Bank:
 
     @property
     def numbers(self) -> Array:
-        """The numbers the engine runs on, those it can be differentiated by; see :mod:`jink.learn.gradient`."""
+        """The numbers the engine runs on, those it can be differentiated by; see :mod:`jink.fit.gradient`."""
         return np.asarray(_engine.native.numbers(self._engine))
 
     @property
@@ -129,9 +132,9 @@ class Bank:
         return mode_names(self.motions)
 
     @cached_property
-    def quiet(self) -> tuple[bool, ...]:
-        """Of each mode whether a target in it does not manoeuvre: :mod:`jink.filters.quiet`."""
-        return quiet_modes(self.motions, self.axes)
+    def non_manoeuvring(self) -> tuple[bool, ...]:
+        """Of each mode whether a target in it does not manoeuvre: :mod:`jink.models.non_manoeuvring`."""
+        return non_manoeuvring_modes(self.motions, self.axes)
 
     def filter(
         self,
@@ -202,7 +205,7 @@ class Bank:
             raise ValueError(f"lag: smoothing is not defined for {type(self).__name__}: {self.not_smoothed}")
         if n is not None and (int(n) != n or n < 1):
             raise ValueError(f"n: expected a number of targets, got {n!r}")
-        live: Any = self._engine.one(int(lag)) if n is None else LiveBatch(self, int(n), int(lag), outputs)
+        live: Any = self._engine.one(int(lag)) if n is None else self._many(int(n), int(lag), outputs)
         if isinstance(self.initial, Prior):
             x, P = prior_of_tracks(self.initial, self.components, n or 1)
             for k in range(n or 1):
@@ -212,11 +215,39 @@ class Bank:
             live.restore(state)
         return live
 
-    def save(self, path: str | os.PathLike[str], **more: Any) -> None:
-        """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read, with more to keep in it."""
-        from .files import save  # it knows every filter, this one included
+    def _many(self, n: int, lag: int, outputs: Sequence[str] | None) -> LiveBatch:
+        return LiveBatch(
+            self._engine.many(n, lag),
+            n,
+            self._estimate,
+            components=len(self.components),
+            modes=len(self.motions),
+            columns=self._columns,
+            sensors=len(self.sensors),
+            axes=self.axes,
+            outputs=outputs,
+        )
 
-        save(self, path, **more)
+    def _estimate(self, results: dict[str, Any]) -> Estimate:
+        return Estimate(self.components, self.modes, results, self.non_manoeuvring)
+
+    def described(self) -> dict[str, Any]:
+        """The filter as JSON holds it: its class, its models, and those of its ``arguments`` that are not None.
+
+        Errors: TypeError for a model of your own, which is code.
+        """
+        body: dict[str, Any] = {"filter": type(self).__name__}
+        body["motions"] = [plain(m) for m in self.motions]
+        body["sensors"] = [plain(s) for s in self.sensors]
+        given = {name: plain(getattr(self, name)) for name in self.arguments}
+        return body | {name: value for name, value in given.items() if value is not None}
+
+    def save(self, path: str | os.PathLike[str], **more: Any) -> None:
+        """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read, with more to keep in it.
+
+        Errors: TypeError for a model of your own, which is code.
+        """
+        write({"jink": "filter", "version": VERSION, "units": "SI", **self.described(), **more}, path)
 
     def _run(
         self,
@@ -255,7 +286,7 @@ class Bank:
             times, rows, columns, bounds, which, noise, noise is not None and noise.ndim == 3, known, prior_x, prior_P,
             slots, status, smooth, thread_count(threads),
         )  # fmt: skip
-        return Estimate(components, self.modes, results, self.quiet)
+        return self._estimate(results)
 
     @property
     def _columns(self) -> int:

@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from ..arguments import positive
-from ..motion import NativeMode
-from ..noise import OnePoint, Outliers, Prior, TwoPoint
-from ..sensor import Sensor
+from ..checks import positive
+from ..models.motion import NativeMode
+from ..models.outliers import Outliers
+from ..models.sensor import Sensor
+from ..models.start import OnePoint, Prior, TwoPoint
 from .kalman import Kalman
 from .parts import CURRENT_STATISTICAL, FUZZY_LIMITS, Adaptation
 

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..fuzzy import PUBLISHED, FuzzyRules
-from ..motion import ConstantVelocity, NativeMode
-from ..noise import OnePoint, Outliers, Prior, TwoPoint
-from ..sensor import Sensor
+from ..models.fuzzy import PUBLISHED, FuzzyRules
+from ..models.motion import ConstantVelocity, NativeMode
+from ..models.outliers import Outliers
+from ..models.sensor import Sensor
+from ..models.start import OnePoint, Prior, TwoPoint
 from .imm import IMM
 from .parts import FUZZY_RULES, Adaptation
 

@@ -5,11 +5,13 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ..motion import NativeMotion, OwnMotion
-from ..noise import OnePoint, Outliers, Prior, TwoPoint
-from ..sensor import OwnSensor, Sensor
+from ..models.motion import NativeMotion, OwnMotion
+from ..models.outliers import Outliers
+from ..models.sensor import OwnSensor, Sensor
+from ..models.start import OnePoint, Prior, TwoPoint
 from .bank import Bank
 from .parts import Parts
+from .plain import MODES
 
 
 class IMM(Bank):
@@ -24,6 +26,8 @@ class IMM(Bank):
     own estimate ("unbiased"). The other arguments are those of :class:`jink.Kalman`.
     Source: Blom & Bar-Shalom, IEEE Trans. AC-33(8), 1988; mixed dimensions: Granström, Willett & Bar-Shalom, Fusion 2015.
     """
+
+    arguments = MODES
 
     def __init__(
         self,

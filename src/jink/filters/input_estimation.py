@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arguments import probability, whole
-from ..noise import OnePoint, Outliers, Prior, TwoPoint
-from ..sensor import Sensor
+from ..checks import probability, whole
+from ..models.outliers import Outliers
+from ..models.sensor import Sensor
+from ..models.start import OnePoint, Prior, TwoPoint
 from .bank import Bank
 from .parts import Parts
+from .plain import COMMON
 
 
 class InputEstimation(Bank):
@@ -21,6 +23,8 @@ class InputEstimation(Bank):
     is mostly noise; false_alarm the probability of a correction without a manoeuvre, per onset and scan.
     Source: Chan, Hu & Plant, IEEE Trans. AES-15(2), 1979; over all onsets of a window: Bogler, IEEE Trans. AES-23(3), 1987.
     """
+
+    arguments = ("window", "shortest", "false_alarm", *COMMON)
 
     not_smoothed = "its corrections belong to no motion model; smooth a jink.IMM with a mode that accelerates"
 

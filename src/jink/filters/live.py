@@ -1,17 +1,14 @@
 """Many live targets at once."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..estimate import Estimate
 from ..times import seconds
-from .estimate import Estimate
 from .rows import array_of, measurements, row_noise, sensor_index
-
-if TYPE_CHECKING:
-    from .bank import Bank
 
 OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "nis", "nis_dof", "time", "status")
 
@@ -19,19 +16,27 @@ OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "nis", "nis_dof", "ti
 class LiveBatch:
     """n targets, updated together scan by scan; a target without a measurement in this scan has NaN."""
 
-    def __init__(self, bank: "Bank", n: int, lag: int, outputs: Sequence[str] | None) -> None:
-        self._bank, self.n = bank, n
-        self._live = bank._engine.many(n, lag)
-        self._columns = bank._columns
+    def __init__(
+        self,
+        live: Any,
+        n: int,
+        estimate: Callable[[dict[str, Any]], Estimate],
+        *,
+        components: int,
+        modes: int,
+        columns: int,
+        sensors: int,
+        axes: int,
+        outputs: Sequence[str] | None,
+    ) -> None:
+        self._live, self.n, self._estimate = live, n, estimate
+        self._columns, self._sensors, self._axes = columns, sensors, axes
         wanted = OUTPUTS if outputs is None else tuple(outputs)
         unknown = [name for name in wanted if name not in OUTPUTS]
         if unknown:
             raise ValueError(f"outputs: {unknown[0]!r} is none of {', '.join(OUTPUTS)}")
-        k, m = len(bank.components), len(bank.motions)
-        shapes = {"x": (n, k), "P": (n, k, k), "mode_probability": (n, m)}
-        self._shapes = {
-            name: shapes.get(name, (n,)) for name in OUTPUTS if name in wanted and name != "status"
-        }
+        shapes = {"x": (n, components), "P": (n, components, components), "mode_probability": (n, modes)}
+        self._shapes = {name: shapes.get(name, (n,)) for name in OUTPUTS if name in wanted and name != "status"}
         self._last = np.full(n, -np.inf)
 
     def update(
@@ -52,11 +57,9 @@ class LiveBatch:
         times = self._times(t)
         which = None
         if sensor is not None:
-            which = sensor_index(
-                np.broadcast_to(np.asarray(sensor), (self.n,)), self.n, len(self._bank.sensors)
-            )
+            which = sensor_index(np.broadcast_to(np.asarray(sensor), (self.n,)), self.n, self._sensors)
         noise = row_noise(covariance, self.n, self._columns)
-        known = None if input is None else array_of("input", input, (self.n, self._bank.axes))
+        known = None if input is None else array_of("input", input, (self.n, self._axes))
         return self._call(times, rows, which, noise, known, predict_only=False)
 
     def predict(self, t: ArrayLike) -> Estimate:
@@ -100,6 +103,4 @@ class LiveBatch:
         status = np.empty(self.n, dtype=np.uint8)
         slots = [*(results.get(name) for name in OUTPUTS[:-1]), status]
         self._live.update(times, rows, which, noise, known, slots, predict_only)
-        return Estimate(
-            self._bank.components, self._bank.modes, {**results, "status": status}, self._bank.quiet
-        )
+        return self._estimate({**results, "status": status})

@@ -8,36 +8,61 @@ from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any
 
-from .adaptive_imm import AdaptiveIMM
+from ..models.anfis import Anfis
+from ..models.corrector import Corrector
+from ..models.fuzzy import FuzzyRules
+from ..models.motion import MOTIONS
+from ..models.network import Network
+from ..models.noise_network import ModeNetwork, NoiseNetwork
+from ..models.outliers import Outliers
+from ..models.provenance import Trained
+from ..models.sensor import SENSORS
+from ..models.start import OnePoint, Prior, TwoPoint
+from ..models.switching import Sojourn
+from .adaptive_imm import AccelerationLevel, AdaptiveIMM, AugmentedAcceleration, TwoStageAcceleration
 from .aided import Aided
-from .files import ARGUMENTS, KINDS, VERSION
+from .bank import Bank
+from .current_statistical import CurrentStatistical, FuzzyLimits
+from .fuzzy_imm import FuzzyNoise
 from .imm import IMM
 from .input_estimation import InputEstimation
 from .kalman import Kalman
-from .neural_vsmm import NeuralModes
+from .neural_vsmm import NetworkNoise, NeuralModes
+from .plain import VERSION
 from .pseudo_bayesian import GPB1, GPB2, StaticMM
 from .variable_dimension import VariableDimension
 from .variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
 
-BUILDERS: dict[str, Callable[..., Any]] = {
-    c.__name__: c
-    for c in (
-        IMM,
-        AdaptiveIMM,
-        GPB1,
-        GPB2,
-        StaticMM,
-        DigraphSwitching,
-        ActiveDigraph,
-        AdaptiveGrid,
-        NeuralModes,
-    )
+SEVERAL: tuple[type[Bank], ...] = (
+    IMM,
+    AdaptiveIMM,
+    GPB1,
+    GPB2,
+    StaticMM,
+    DigraphSwitching,
+    ActiveDigraph,
+    AdaptiveGrid,
+    NeuralModes,
+)
+# with what they call their motion models
+SINGLE: dict[type[Bank], tuple[str, ...]] = {
+    Kalman: ("motion",),
+    InputEstimation: ("motion",),
+    VariableDimension: ("quiet", "manoeuvring"),
 }
-SINGLE: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {  # with what they call their motion models
-    "Kalman": (Kalman, ("motion",)),
-    "InputEstimation": (InputEstimation, ("motion",)),
-    "VariableDimension": (VariableDimension, ("quiet", "manoeuvring")),
-}
+FILTERS: dict[str, type[Bank]] = {c.__name__: c for c in (*SINGLE, *SEVERAL, Aided)}
+ADAPTIVE = (
+    CurrentStatistical,
+    FuzzyLimits,
+    AccelerationLevel,
+    AugmentedAcceleration,
+    TwoStageAcceleration,
+    FuzzyNoise,
+    NetworkNoise,
+)
+LEARNED = (FuzzyRules, NoiseNetwork, ModeNetwork, Network, Anfis, Corrector, Trained)
+SETTINGS = (Outliers, TwoPoint, OnePoint, Prior, Sojourn)
+KINDS: dict[str, type] = {**MOTIONS, **SENSORS, **{c.__name__: c for c in (*SETTINGS, *ADAPTIVE, *LEARNED)}}
 NAMED = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
 RUN = ("motions", "quiet", "manoeuvring", "sensor")  # models, which a filter checks itself
 WRONG = (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError)  # what bad parts end in
@@ -75,15 +100,16 @@ def read(text: str, path: str) -> Any:
 def built(body: Any, within: str = "") -> Any:
     """The filter of a description. Errors: ValueError saying where in it what is wrong."""
     kind = body.get("filter") if isinstance(body, dict) else None
-    if not isinstance(kind, str) or kind not in ARGUMENTS:
-        raise ValueError(f"{within}filter: {kind!r} is none of {', '.join(ARGUMENTS)}")
-    named = {name: declared(body[name], within + name) for name in ARGUMENTS[kind] if name in body}
-    if kind == "Aided":
+    if not isinstance(kind, str) or kind not in FILTERS:
+        raise ValueError(f"{within}filter: {kind!r} is none of {', '.join(FILTERS)}")
+    build = FILTERS[kind]
+    named = {name: declared(body[name], within + name) for name in build.arguments if name in body}
+    if build is Aided:
         return made(Aided, within[:-1], {"filter": built(body.get("of"), f"{within}of."), **named})
     motions, sensors = (_several(body, name, within) for name in ("motions", "sensors"))
-    if kind not in SINGLE:
-        return made(BUILDERS[kind], within[:-1], {"motions": motions, "sensor": sensors, **named})
-    build, names = SINGLE[kind]
+    if build not in SINGLE:
+        return made(build, within[:-1], {"motions": motions, "sensor": sensors, **named})
+    names = SINGLE[build]
     if len(motions) != len(names):
         raise ValueError(f"{within}motions: expected {len(names)} for {kind}, got {len(motions)}")
     return made(build, within[:-1], {**dict(zip(names, motions, strict=True)), "sensor": sensors, **named})
@@ -107,7 +133,7 @@ def _running(part: Any, at: str) -> Any:
 
 
 def declared(value: Any, at: str) -> Any:
-    """What :func:`jink.filters.files.plain` made JSON of. Errors: ValueError saying where what is wrong."""
+    """What :func:`jink.filters.plain.plain` made JSON of. Errors: ValueError saying where what is wrong."""
     if isinstance(value, list):
         return [declared(v, f"{at}[{i}]") for i, v in enumerate(value)]
     if not isinstance(value, dict):

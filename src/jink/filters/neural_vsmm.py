@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from ..motion import NativeMode
-from ..network import Network
-from ..noise import OnePoint, Outliers, Prior, TwoPoint
-from ..noise_network import ModeNetwork, NoiseNetwork
-from ..sensor import Sensor
+from ..models.motion import NativeMode
+from ..models.network import Network
+from ..models.noise_network import ModeNetwork, NoiseNetwork
+from ..models.outliers import Outliers
+from ..models.sensor import Sensor
+from ..models.start import OnePoint, Prior, TwoPoint
 from .bank import Bank
 from .parts import FIRST_ORDER, NETWORK, Adaptation, Parts
+from .plain import COMMON
 
 
 def layers(network: Network) -> tuple[list[int], list[float]]:
@@ -85,6 +87,8 @@ class NeuralModes(Bank):
     w = softmax over the ``best`` highest of network(last w, log NIS of each mode);  x = Σ wⱼ xⱼ. mode_probability holds w.
     motions of any kind (constant velocity, acceleration, turns). Source: Choi, Samal & Ahn 2001, eq. 8.
     """
+
+    arguments = ("network", *COMMON)
 
     not_smoothed = "its weights are scores, not probabilities; smooth its modes in a jink.IMM"
 

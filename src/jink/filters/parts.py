@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
+from ..checks import Array
 
 # kind, network layers, in logarithms, numbers
 Adaptation = tuple[int, list[int], bool, list[float]]

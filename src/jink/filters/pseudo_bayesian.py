@@ -7,10 +7,12 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ..noise import OnePoint, Outliers, Prior, TwoPoint
-from ..sensor import Sensor
+from ..models.outliers import Outliers
+from ..models.sensor import Sensor
+from ..models.start import OnePoint, Prior, TwoPoint
 from .imm import IMM
 from .parts import APART, FIRST_ORDER, SECOND_ORDER, Parts
+from .plain import LINEARISED
 
 
 class GPB1(IMM):
@@ -50,6 +52,8 @@ class StaticMM(IMM):
     μⱼ(k) ∝ μⱼ(k−1) N(z; ẑⱼ, Sⱼ). A target that changes its mode is followed only as far as the probabilities have not died
     (they are kept above 1e-100). Source: Magill, IEEE Trans. AC-10(4), 1965; Bar-Shalom, Li & Kirubarajan 2001, §11.6.2.
     """
+
+    arguments = ("mode_probability", *LINEARISED)
 
     def __init__(
         self,

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import Array
-from .estimate import Estimate
+from ..checks import Array
+from ..estimate import Estimate
 
 OUTPUTS = (
     "x",

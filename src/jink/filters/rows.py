@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Array
-from ..noise import Prior
+from ..checks import Array
+from ..models.start import Prior
 
 
 def measurements(z: ArrayLike, columns: int) -> Array:

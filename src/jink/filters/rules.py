@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import Array, numbers, positive
-from ..noise import OnePoint, Outliers, Prior, TwoPoint, stationary, transition_rule
+from ..checks import Array, numbers, positive
+from ..models.outliers import Outliers
+from ..models.start import OnePoint, Prior, TwoPoint
+from ..models.switching import stationary, transition_rule
 from .parts import Parts
 
 

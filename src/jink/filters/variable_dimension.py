@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import probability, whole
-from ..motion import ConstantAcceleration, ConstantVelocity
-from ..noise import OnePoint, Outliers, Prior, TwoPoint
-from ..sensor import Sensor
+from ..checks import probability, whole
+from ..models.motion import ConstantAcceleration, ConstantVelocity
+from ..models.outliers import Outliers
+from ..models.sensor import Sensor
+from ..models.start import OnePoint, Prior, TwoPoint
 from .bank import Bank
 from .parts import APART, DIMENSION, Parts, Proposal
+from .plain import COMMON
 
 
 class VariableDimension(Bank):
@@ -24,6 +26,8 @@ class VariableDimension(Bank):
     quiet, manoeuvring the two motion models; window W (scans); false_alarm the probability that a quiet ρ exceeds its threshold,
     missed_end that the acceleration's sum does though there is none. Source: Bar-Shalom & Birmiwal, IEEE Trans. AES-18(5), 1982.
     """
+
+    arguments = ("window", "false_alarm", "missed_end", *COMMON)
 
     not_smoothed = "it changes motion models by decision; smooth a jink.IMM of the two"
 

@@ -8,12 +8,15 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import Array, positive, whole
-from ..motion import ConstantVelocity
-from ..noise import OnePoint, Outliers, Prior, Sojourn, TwoPoint, transition_rule
-from ..sensor import Sensor
+from ..checks import Array, positive, whole
+from ..models.motion import ConstantVelocity
+from ..models.outliers import Outliers
+from ..models.sensor import Sensor
+from ..models.start import OnePoint, Prior, TwoPoint
+from ..models.switching import Sojourn, transition_rule
 from .bank import Bank
 from .parts import ACTIVE, DIGRAPH, GRID, Parts, Proposal, uniform
+from .plain import COMMON
 
 LARGEST = 64  # modes alive at once
 
@@ -106,6 +109,8 @@ class DigraphSwitching(_Digraph):
     Errors: ValueError for modes that cannot be reached. Source: Li & Bar-Shalom, IEEE Trans. AC-41(4), 1996.
     """
 
+    arguments = ("transition", "graph", "first_mode", *COMMON)
+
     _kind = DIGRAPH
 
     def _most_alive(self, near: list[list[int]]) -> int:
@@ -118,6 +123,8 @@ class ActiveDigraph(_Digraph):
     A(k+1) = the modes of the largest cⱼ = Σ_{i ∈ A(k)} Πᵢⱼ μᵢ(k), over the whole graph; then as :class:`DigraphSwitching`, with the
     same arguments. Source: Li, Zwi & Zhang, IEEE Trans. AES-35(1), 1999; Li, IEEE Trans. AC-45(11), 2000 ("likely-model set").
     """
+
+    arguments = ("transition", "alive", "graph", "first_mode", *COMMON)
 
     _kind = ACTIVE
 
@@ -146,6 +153,8 @@ class AdaptiveGrid(_VariableStructure):
     mode_probability is shared out between the two modes a point lies between.
     Errors: ValueError for modes of different motion models. Source: Jilkov, Angelova & Semerdjiev, IEEE Trans. AES-35(1), 1999.
     """
+
+    arguments = ("transition", "least_step", "unlikely", "likely", *COMMON)
 
     def __init__(
         self,

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
+from ..catalogue import FILTERS, Purpose, Unfit
 from ..filters.current_statistical import CurrentStatistical
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
-from ..motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Singer
-from ..named import FILTERS, Purpose, Unfit
-from ..noise import Sojourn
+from ..models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Singer
+from ..models.switching import Sojourn
 
 VERTICAL = 0.35  # of the horizontal accelerations, where height is measured
 QUIET, MANOEUVRE = 60.0, 16.0  # s: mean stays that the fits start from

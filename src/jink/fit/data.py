@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
+from ..catalogue import Purpose
+from ..checks import Array
+from ..compare.entrants import Entrant
+from ..compare.recorded import Recording, prepared, purpose_of, race_on_file, repeated, split
+from ..compare.result import Race
+from ..compare.simulated import FIRST, prepare, race
+from ..compare.source import drawn
 from ..io.errors import InputError
-from ..learn.gradient import Tracks
-from ..named import Purpose
-from ..race.entrants import Entrant
-from ..race.recorded import Recording, prepared, purpose_of, race_on_file, repeated, split
-from ..race.result import Race
-from ..race.simulated import FIRST, prepare, race
-from ..race.source import drawn
+from ..models.sensor import Position, PositionVelocity
 from ..scenarios import Scenario, by_name
-from ..sensor import Position, PositionVelocity
+from .gradient import Tracks
 from .truth import score_truth
 
 FITTING = 1 << 41  # numbers of the runs fitted on begin here: no race reaches them, nor its training runs

@@ -7,17 +7,17 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..arguments import unknown
+from ..catalogue import FILTERS, Unfit, canonical
+from ..checks import unknown
+from ..compare.filter_files import from_file as filter_from_file
 from ..io.errors import InputError
-from ..learn.checkpoint import Checkpoint
-from ..learn.gradient import differentiable
-from ..learn.objectives import Likelihood, NotFinite, Objective, Prediction, Tracking, believed
-from ..learn.optimise import Search
-from ..learn.parameters import Parameters
-from ..named import FILTERS, Unfit, canonical
-from ..race.files import from_file as filter_from_file
 from ..scenarios import SCENARIOS, Scenario
+from .checkpoint import Checkpoint
 from .data import Training, from_file, from_scenarios, parse_truth
+from .gradient import differentiable
+from .objectives import Likelihood, NotFinite, Objective, Prediction, Tracking, believed
+from .optimise import Search
+from .parameters import Parameters
 from .result import Fit
 
 __all__ = ["OBJECTIVES", "Fit", "fit"]

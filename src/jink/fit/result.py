@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
-from ..learn.gradient import Tracks, differentiable
-from ..learn.objectives import NotFinite, Objective
-from ..learn.optimise import FARTHEST, Found
-from ..learn.parameters import Parameters
-from ..learn.uncertainty import standard_errors
-from ..race.entrants import Entrant
-from ..race.result import Race
+from ..checks import Array
+from ..compare.entrants import Entrant
+from ..compare.result import Race
 from .data import Training
-from .parts import PartShare, shares
+from .gradient import Tracks, differentiable
+from .objectives import NotFinite, Objective
+from .optimise import FARTHEST, Found
+from .parameters import Parameters
+from .regimes import PartShare, shares
+from .uncertainty import standard_errors
 
 FITTED, START = "fitted", "before"
 RIVALS = (START, "imm", "kalman-cv", "kalman-ca")

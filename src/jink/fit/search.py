@@ -10,19 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import unknown
-from ..filters.files import described
+from ..catalogue import Unfit
+from ..checks import unknown
+from ..compare.entrants import Entrant
+from ..compare.result import Race
 from ..io.errors import InputError
-from ..learn.objectives import Objective
-from ..learn.optimise import Found
-from ..learn.parallel import Job, Outcome, run_jobs
-from ..learn.parameters import Parameters
 from ..metrics import Comparison
-from ..named import Unfit
-from ..race.entrants import Entrant
-from ..race.result import Race
 from .candidates import CANDIDATES, WORDS, Candidate
 from .data import Training
+from .objectives import Objective
+from .optimise import Found
+from .parallel import Job, Outcome, run_jobs
+from .parameters import Parameters
 from .result import JUDGED, Fit
 
 MARK = (
@@ -174,7 +173,7 @@ def _jobs(
     if nothing:
         raise InputError(f"{nothing[0]!r} names no number of any candidate")
     order = sorted(starts, key=lambda name: len(starts[name][1]))
-    jobs = [Job(name, described(starts[name][0]), starts[name][1].names) for name in order]
+    jobs = [Job(name, starts[name][0].described(), starts[name][1].names) for name in order]
     return jobs, starts, left
 
 

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arguments import Array
-from ..race.answers import measured_position
-from ..race.recorded import Recording
-from ..race.result import Race
-from ..race.tally import part
+from ..checks import Array
+from ..compare.estimates import measured_position
+from ..compare.recorded import Recording
+from ..compare.result import Race
+from ..compare.scores import part
 
 ERRORS = {"p": "position_rmse", "v": "velocity_rmse"}
 

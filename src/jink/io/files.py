@@ -16,8 +16,9 @@ from pathlib import Path
 
 import polars as pl
 
-from . import csv_text, json_text
 from .errors import InputError
+from .formats import csv as csv_text
+from .formats import json as json_text
 from .rejected import unreadable
 
 Rows = tuple[pl.DataFrame, pl.DataFrame]

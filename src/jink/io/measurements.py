@@ -18,9 +18,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import polars as pl
 
+from .clocks import read_times
 from .columns import ANGLE, Column, Columns, normal
 from .errors import InputError
-from .times import read_times
 from .values import numbers, texts
 
 Problem = tuple[str, np.ndarray, pl.Series | None]  # reason, rows, the column whose values are to be shown

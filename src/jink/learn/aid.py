@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
-from ..corrector import CORRECTS, Corrector
-from ..filters.estimate import STATUS
+from ..catalogue.tuning import best_noise
+from ..checks import Array
+from ..estimate import STATUS
 from ..filters.kalman import Kalman
-from ..motion import ConstantAcceleration
-from ..named.tuning import best_noise
-from ..sensor import Position
+from ..models.corrector import CORRECTS, Corrector
+from ..models.motion import ConstantAcceleration
+from ..models.sensor import Position
 from .anfis import fit_anfis
 from .data import Runs
 from .mlp import fit_network

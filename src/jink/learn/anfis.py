@@ -8,8 +8,8 @@ from math import prod
 
 import numpy as np
 
-from ..anfis import NOWHERE, Anfis, membership
-from ..arguments import Array
+from ..checks import Array
+from ..models.anfis import NOWHERE, Anfis, membership
 from .descent import Adam, Kept
 
 METHODS = ("hybrid", "backpropagation")

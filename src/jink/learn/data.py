@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, positive
+from ..checks import Array, positive
+from ..fit.gradient import Tracks
 from ..scenarios import Scenario, by_name
-from .gradient import Tracks
 
 SPLIT = (0.6, 0.2)  # shares for training and validation; the rest is for the test
 

@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from ..arguments import Array
+from ..checks import Array
 
 T = TypeVar("T")
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arguments import Array
-from ..noise_network import NoiseNetwork
+from ..checks import Array
+from ..models.noise_network import NoiseNetwork
 from .data import Runs
 from .descent import Adam, Kept, clipped
 from .mlp import Parameters, as_network, initial

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..arguments import Array
+from ..checks import Array
 
 OPTIMISERS = ("ga", "cma")
 Progress = Callable[[int, float, Array], None]  # generation, least loss so far, its chromosome

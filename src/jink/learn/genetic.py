@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import Array, positive
-from ..fuzzy import FuzzyRules
+from ..checks import Array, positive
+from ..metrics.draws import Draws
+from ..models.fuzzy import FuzzyRules
+from ..models.provenance import Trained
+from ..models.sensor import Position
 from ..scenarios import Observation, Scenario, Schedule
-from ..scenarios.draws import Draws
 from ..scenarios.legs import Legs
-from ..sensor import Position
-from ..trained import Trained
 from .data import Runs, fingerprint, from_scenario
 from .evolution import OPTIMISERS, Chromosome, cma_es, genetic, search
 from .population import errors_of
@@ -151,7 +151,7 @@ def encoding_for(acceleration: float, runs: Runs, settings: Settings, process_sd
 def _reach(runs: Runs, acceleration_sd: float) -> tuple[float, float]:
     """The largest residual and change of it, in m, of a filter with constant noise."""
     from ..filters.kalman import Kalman
-    from ..motion import ConstantVelocity
+    from ..models.motion import ConstantVelocity
     from .aid import watch
 
     apart = runs.axes_apart()

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arguments import Array
-from ..fuzzy import FuzzyRules
-from ..trained import Trained
+from ..checks import Array
+from ..models.fuzzy import FuzzyRules
+from ..models.provenance import Trained
 from .data import Runs, fingerprint
 from .evolution import Chromosome, cma_es, search
 from .genetic import FIELDS, NARROWEST, WIDEST

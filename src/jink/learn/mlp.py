@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..arguments import Array
-from ..network import Network
+from ..checks import Array
+from ..models.network import Network
 from .descent import Adam, Kept
 
 Parameters = list[Array]  # W1, b1, W2, b2, …

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
+from ..checks import Array
 from ..filters.kalman import Kalman
-from ..noise_network import LEAST_NIS, ModeNetwork
-from ..sensor import Position
+from ..models.noise_network import LEAST_NIS, ModeNetwork
+from ..models.sensor import Position
 from .aid import UPDATED
 from .data import Runs
 from .mlp import as_network, fit_network, initial

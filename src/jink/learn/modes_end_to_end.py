@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import Array
-from ..noise_network import LEAST_NIS, ModeNetwork
+from ..checks import Array
+from ..models.noise_network import LEAST_NIS, ModeNetwork
 from .data import Runs
 from .descent import Adam, Kept, clipped
 from .mlp import Parameters, as_network, parameters_of

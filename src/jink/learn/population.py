@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._engine import native
-from ..arguments import Array, thread_count
-from ..fuzzy import FuzzyRules
+from ..checks import Array, thread_count
+from ..models.fuzzy import FuzzyRules
 from .data import Runs
 
 

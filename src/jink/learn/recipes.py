@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
-from ..corrector import CORRECTS
+from ..checks import Array
 from ..filters.aided import Aided
 from ..filters.fuzzy_imm import FuzzyNoise, fuzzy_imm
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
 from ..filters.neural_vsmm import NetworkNoise, NeuralModes
-from ..fuzzy import FuzzyRules
-from ..motion import ConstantVelocity
-from ..sensor import Position
-from ..trained import Trained
+from ..models.corrector import CORRECTS
+from ..models.fuzzy import FuzzyRules
+from ..models.motion import ConstantVelocity
+from ..models.provenance import VERSION, Trained
+from ..models.sensor import Position
 from . import evolution
 from .data import Runs
 
@@ -28,6 +28,9 @@ SHARES = (0.01, 0.1, 1.0)  # of the kind's acceleration: inputs of the sub-model
 STAY = 0.97  # per scan
 RANGE = (1e-3, 3.0)  # of the kind's acceleration: sds of noise that networks choose from
 HISTORY = 8  # innovations an aid looks back on
+# five innovations divide the rules, three older ones take part in their consequents alone
+ANFIS = {"functions": (2, 2, 2, 2, 2, 1, 1, 1), "kind": "gaussian", "epochs": 25, "rate": 0.05}
+NETWORK = {"hidden": (32,), "epochs": 60, "batch": 1024}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +102,6 @@ def aided(model: str) -> Recipe:
 
     def make(training: Runs, validation: Runs, how: How) -> Aided:
         from .aid import fit_corrector, tuned_acceleration
-        from .models import ANFIS, NETWORK
 
         base = how.base if how.base is not None else tuned_acceleration(training)
         settings: dict[str, Any] = {**(NETWORK if model == "network" else ANFIS)}
@@ -225,9 +227,8 @@ def _corrected(base: Any, training: Runs) -> tuple[str, ...]:
 
 
 def _trained(training: Runs, method: str, how: How) -> Trained:
-    from .. import __version__
 
-    return Trained(data=str(training), method=method, seeds=(how.seed,), version=__version__)
+    return Trained(data=str(training), method=method, seeds=(how.seed,), version=VERSION)
 
 
 def _plane(runs: Runs) -> None:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arguments import Array
-from ..noise_network import LEAST_NIS, NoiseNetwork
+from ..checks import Array
+from ..models.noise_network import LEAST_NIS, NoiseNetwork
 from .data import Runs
 from .mlp import fit_network
 

@@ -3,7 +3,7 @@
 Errors are (runs, scans, n), estimate minus truth, NaN where there is none.
 """
 
-from .bounds import bound_rmse, clairvoyant, information, posterior_bound, tichavsky_bound, turn_displacement
+from .bounds import bound_rmse, information, posterior_bound, tichavsky_bound, turn_displacement
 from .comparison import Comparison, compare_means, compare_rmse, efficiency, paired
 from .consistency import Consistency, consistency, log_density, log_score, nees, prediction_score
 from .errors import (
@@ -27,7 +27,6 @@ __all__ = [
     "Figure",
     "Response",
     "bound_rmse",
-    "clairvoyant",
     "compare_means",
     "compare_rmse",
     "consistency",

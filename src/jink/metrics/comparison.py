@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import Array
+from ..checks import Array
 from .errors import as_error, rmse_influence
 from .figure import Figure, mean_over_runs, present, spread, student_quantile
 

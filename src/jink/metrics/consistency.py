@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import Array
+from ..checks import Array
 from .chi_square import band
 from .errors import as_error
 from .figure import Figure, mean_over_runs, present, ratio

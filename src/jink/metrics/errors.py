@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import Array
+from ..checks import Array
 from .figure import Figure, jackknife, mean_over_runs, ratio_influence, spread
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import Array
+from ..checks import Array
 
 GROUPS = 20  # of runs, for the jackknife
 

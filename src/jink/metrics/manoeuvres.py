@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Array
+from ..checks import Array
 from .errors import squared
 from .figure import Figure, jackknife, ratio
 

@@ -6,20 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from ..catalogue import Named, Purpose
+from ..compare.result import Race
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
-from ..filters.variable_structure import (
-    CHOI_2001 as LEVELS,
-)
-from ..filters.variable_structure import (
-    DigraphSwitching,
-    line_graph,
-    line_transition,
-    noise_levels,
-)
-from ..motion import ConstantVelocity
-from ..named import Named, Purpose
-from ..race import Race
+from ..filters.variable_structure import CHOI_2001 as LEVELS
+from ..filters.variable_structure import DigraphSwitching, line_graph, line_transition, noise_levels
+from ..models.motion import ConstantVelocity
 from ..scenarios import SCENARIOS
 from .drawing import Chart, Drawing, Line
 from .learned import Models, each_seed

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+from ..catalogue import Named, Purpose, Unfit
+from ..catalogue.shipped import shipped
 from ..filters.aided import unaided
-from ..learn.models import SEEDS, train
-from ..models import shipped
-from ..named import Named, Purpose, Unfit
+from .training.shipped import SEEDS, train
 
 Models = Callable[[str, int | None], Any]  # a model's name and the seed of its training → the filter
 __all__ = ["Models", "alone", "each_seed", "learned", "retrained", "shipped"]

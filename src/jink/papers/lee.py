@@ -6,14 +6,14 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from ..catalogue import Named, Purpose
+from ..compare.result import Race
 from ..filters.adaptive_imm import AugmentedAcceleration, TwoStageAcceleration, aimm
 from ..filters.fuzzy_imm import fuzzy_imm
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
-from ..fuzzy import PUBLISHED
-from ..motion import ConstantVelocity
-from ..named import Named, Purpose
-from ..race import Race
+from ..models.fuzzy import PUBLISHED
+from ..models.motion import ConstantVelocity
 from ..scenarios import SCENARIOS
 from .drawing import Chart, Drawing, Line, Surface
 from .learned import Models, learned

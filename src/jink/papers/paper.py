@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from ..catalogue import Named, Purpose
+from ..compare.result import Race
+from ..compare.scores import NAN, efficiency
 from ..metrics import Figure
-from ..named import Named, Purpose
-from ..race import Race
-from ..race.tally import NAN, efficiency
 from ..scenarios import Scenario, Simulation
 from .drawing import Drawing
 from .learned import Models
@@ -33,7 +33,7 @@ class Metric:
 
 
 def of_race(name: str, words: str) -> Metric:
-    """A metric that the race itself has (see :data:`jink.race.result.METRICS`)."""
+    """A metric that the race itself has (see :data:`jink.compare.result.METRICS`)."""
     return Metric(name, words, lambda race, filter: race.figure(filter, name))
 
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..compare.result import Race
+from ..compare.simulated import race
 from ..io.errors import InputError
-from ..race import Race
-from ..race.simulated import race
 from .learned import Models, retrained, shipped
 from .paper import Experiment, Paper, Row, rows_of
 

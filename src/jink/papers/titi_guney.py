@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from ..arguments import Array
-from ..race import Race
+from ..checks import Array
+from ..compare.result import Race
+from ..metrics.draws import Draws
+from ..models.sensor import Position
 from ..scenarios import SCENARIOS, Observation, Scenario, Schedule
-from ..scenarios.draws import Draws
 from ..scenarios.truth import Kinematics, Truth
-from ..sensor import Position
 from .drawing import Chart, Drawing, Line
 from .learned import Models, alone, learned
 from .paper import POSITION, Experiment, Maker, Paper, over

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..catalogue import Named, Purpose
+from ..compare.result import Race
 from ..filters.current_statistical import FuzzyLimits, csaf, facs
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
-from ..motion import ConstantAcceleration, Singer
-from ..named import Named, Purpose
-from ..race import Race
+from ..models.motion import ConstantAcceleration, Singer
 from ..scenarios import SCENARIOS, Scenario
 from .drawing import Chart, Drawing, Line
 from .learned import Models

@@ -1,5 +1,5 @@
 """Self-contained HTML pages to look at what a filter made of the data."""
 
-from jink.report.tracks_page import write_report
+from .tracks_page import write_report
 
 __all__ = ["write_report"]

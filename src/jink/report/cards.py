@@ -5,8 +5,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from jink.report.consistency import BINS, Consistency
-from jink.report.shell import escape
+from .consistency import BINS, Consistency
+from .shell import escape
 
 _MOMENT = re.compile(r"(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:\.\d+)?(?:\+00:00|Z)")
 _LINE = 24  # characters that stay on one line

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jink.report.plan import unwrap
-from jink.report.rows import TrackRows
+from .plan import unwrap
+from .rows import TrackRows
 
 
 @dataclass(frozen=True)

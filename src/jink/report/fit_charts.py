@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jink.arguments import Array
-from jink.report.shell import escape
+from ..checks import Array
+from .shell import escape
 
 WIDTH, HEIGHT, LEFT, BOTTOM, TOP = 560, 150, 46, 18, 16
 POINTS = 600  # at most on one line

@@ -5,17 +5,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from jink.arguments import Array
-from jink.fit.parts import innovations, measures_positions
-from jink.fit.result import FITTED, START, Fit
-from jink.fit.search import Search
-from jink.fit.search_table import heading as heading_of_search
-from jink.fit.search_table import table as search_table
-from jink.fit.table import heading, interval, number, part_rows, verdict
-from jink.report.arrays import ArrayBlock
-from jink.report.consistency import Consistency, consistency
-from jink.report.fit_charts import Line, bars, lines
-from jink.report.shell import escape, page, write_page
+from ..checks import Array
+from ..fit.regimes import innovations, measures_positions
+from ..fit.result import FITTED, START, Fit
+from ..fit.search import Search
+from .arrays import ArrayBlock
+from .consistency import Consistency, consistency
+from .fit_charts import Line, bars, lines
+from .fit_table import heading, interval, number, part_rows, verdict
+from .search_table import heading as heading_of_search
+from .search_table import table as search_table
+from .shell import escape, page, write_page
 
 WIDE = "column-span: all"  # of a card over all columns
 SHOWN = 3  # tracks drawn in full: most gained, middle, most lost

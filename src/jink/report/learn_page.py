@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 
-from ..learn_table import heading
-from ..learning import LEARNED, Learned
-from ..race.table import COLUMNS, ordered, written
+from ..learn.learning import LEARNED, Learned
+from .learn_table import heading
 from .learned_pictures import pictures
+from .race_table import COLUMNS, ordered, written
 from .shell import escape, plain_page, version, write_page
 from .svg import drawn
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..anfis import membership
-from ..corrector import Corrector
 from ..filters.aided import Aided
-from ..fuzzy import FuzzyRules
-from ..network import Network
-from ..noise_network import LEAST_NIS, ModeNetwork, NoiseNetwork
+from ..models.anfis import membership
+from ..models.corrector import Corrector
+from ..models.fuzzy import FuzzyRules
+from ..models.network import Network
+from ..models.noise_network import LEAST_NIS, ModeNetwork, NoiseNetwork
 from ..papers.drawing import Chart, Drawing, Line, Surface
 
 POINTS = 41

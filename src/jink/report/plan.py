@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from jink.report.rows import TrackRows
+from .rows import TrackRows
 
 _EARTH_RADIUS = 6_371_008.8
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from jink.metrics import Figure
-from jink.metrics.figure import student_quantile
-from jink.race.example import Example
-from jink.race.result import AGAINST, Race
-from jink.race.table import AROUND, COLUMNS, SHARES, label, ordered
-from jink.report.arrays import ArrayBlock, round_mantissa
+from ..compare.example import Example
+from ..compare.result import AGAINST, Race
+from ..metrics import Figure
+from ..metrics.figure import student_quantile
+from .arrays import ArrayBlock, round_mantissa
+from .race_table import AROUND, COLUMNS, SHARES, label, ordered
 
 YARDSTICKS = ("raw", "clairvoyant", "near-optimal")
 OVER_TIME = {

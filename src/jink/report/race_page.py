@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from jink.race.result import AGAINST, Race
-from jink.race.table import ordered, remarks
-from jink.report import race_data
-from jink.report.arrays import ArrayBlock
-from jink.report.shell import PLAN_AND_CHARTS, escape, fill, page, version, write_page
+from ..compare.result import AGAINST, Race
+from . import race_data
+from .arrays import ArrayBlock
+from .race_table import ordered, remarks
+from .shell import PLAN_AND_CHARTS, escape, fill, page, version, write_page
 
 _SCRIPTS = (*PLAN_AND_CHARTS, "race_plan.js", "race_panels.js", "race.js")
 _METRICS = {"position_rmse": "position RMSE, m", "prediction_rmse": "RMS prediction error, m"}

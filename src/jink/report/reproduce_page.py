@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 
 from ..papers.run import Outcome
-from ..papers.table import Sheet, measured, published, sheets
+from .papers_table import Sheet, measured, published, sheets
 from .shell import escape, plain_page, version, write_page
 from .svg import drawn
 

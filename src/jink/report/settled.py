@@ -3,7 +3,7 @@
 import numpy as np
 import polars as pl
 
-from jink.report.rows import STATUSES, TrackRows
+from .rows import STATUSES, TrackRows
 
 _TIMES = 2.0
 _QUANTILE = 0.9  # not the median: a manoeuvre's sds are several times those of straight motion, and count

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from jink.report.arrays import ArrayBlock
+from .arrays import ArrayBlock
 
 _SHARED_SCRIPTS = ("data.js", "format.js", "canvas.js", "table.js")
 PLAN_AND_CHARTS = (

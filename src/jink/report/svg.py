@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..arguments import Array
+from ..checks import Array
 from ..papers.drawing import Chart, Drawing, Line, Surface
 from .shell import escape
 

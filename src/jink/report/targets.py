@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from jink.report.consistency import Consistency
-from jink.report.curves import horizontal_acceleration
-from jink.report.rows import STATUSES, TrackRows
-from jink.report.settled import settled
+from .consistency import Consistency
+from .curves import horizontal_acceleration
+from .rows import STATUSES, TrackRows
+from .settled import settled
 
 
 def target_table(rows: TrackRows, check: Consistency) -> dict[str, np.ndarray]:

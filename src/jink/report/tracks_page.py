@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from jink.report.arrays import ArrayBlock, round_mantissa
-from jink.report.cards import consistency_card, group, summary_cards
-from jink.report.consistency import Consistency, consistency
-from jink.report.curves import Panel, panels
-from jink.report.decimation import keep_rows
-from jink.report.plan import measured_coordinates, plan_coordinates
-from jink.report.rows import STATUSES, TrackRows, read_rows
-from jink.report.settled import group_quantile, settled
-from jink.report.shell import PLAN_AND_CHARTS, escape, fill, page, write_page
-from jink.report.targets import target_table
+from .arrays import ArrayBlock, round_mantissa
+from .cards import consistency_card, group, summary_cards
+from .consistency import Consistency, consistency
+from .curves import Panel, panels
+from .decimation import keep_rows
+from .plan import measured_coordinates, plan_coordinates
+from .rows import STATUSES, TrackRows, read_rows
+from .settled import group_quantile, settled
+from .shell import PLAN_AND_CHARTS, escape, fill, page, write_page
+from .targets import target_table
 
 _SCRIPTS = (*PLAN_AND_CHARTS, "tracks.js")
 _BYTES = 5_500_000  # aimed at for the arrays before compression, times two: keeps a page below 8 MB

@@ -1,6 +1,6 @@
 """Truth to test and train on: `SCENARIOS` by name; `by_name` finds one or says which there are."""
 
-from ..arguments import unknown
+from ..checks import unknown
 from .aircraft import flown
 from .benchmark import benchmark
 from .papers import choi, lee_and_wang

@@ -13,9 +13,9 @@ from math import radians
 
 import numpy as np
 
-from ..sensor import Position
+from ..metrics.draws import Draws
+from ..models.sensor import Position
 from .curves import Curves, Ramps
-from .draws import Draws
 from .scenario import Scenario
 from .sensing import Observation, Schedule
 

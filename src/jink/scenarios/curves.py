@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arguments import Array
+from ..checks import Array
 from .truth import Kinematics, find, rows_of
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)

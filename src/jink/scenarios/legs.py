@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arguments import Array
+from ..checks import Array
 from .truth import Kinematics, find, rows_of
 
 

@@ -7,8 +7,8 @@ from math import pi, sqrt
 
 import numpy as np
 
-from ..sensor import Position
-from .draws import Draws
+from ..metrics.draws import Draws
+from ..models.sensor import Position
 from .legs import Legs
 from .scenario import Scenario
 from .sensing import Observation, Schedule

@@ -11,9 +11,9 @@ from math import radians, sqrt
 
 import numpy as np
 
-from ..arguments import Array
-from ..sensor import Position
-from .draws import Draws
+from ..checks import Array
+from ..metrics.draws import Draws
+from ..models.sensor import Position
 from .legs import Legs
 from .scenario import Scenario
 from .sensing import Observation, Schedule

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, positive
+from ..checks import Array, positive
 from ..io.errors import InputError
-from .draws import Draws
+from ..metrics.draws import Draws
 from .scenario import Scenario
 from .sensing import RADARS, Schedule
 from .truth import Kinematics
@@ -125,7 +125,7 @@ def recorded(
     (s) of every run; distance (m) of the middle of a run from the radar. Heights are those of the data.
     Errors: InputError if no track is long enough.
     """
-    from ..tracking import track
+    from ..tracking.batch import track
 
     tracks = track(data, kind=kind, smooth=True, details=True, **options).tracks
     flights = tuple(_flights(tracks, positive("duration", duration)))

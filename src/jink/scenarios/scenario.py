@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, unknown
-from ..sensor import Position, Sensor
-from .draws import Draws
+from ..checks import Array, unknown
+from ..metrics.draws import Draws
+from ..models.sensor import Position, Sensor
 from .legs import Legs
 from .sensing import RADARS, Observation, Schedule
 from .truth import Kinematics, Truth
@@ -99,7 +99,7 @@ class Scenario:
     ) -> Scenario:
         """The same truth seen otherwise.
 
-        sensor a radar's name (see RADARS), a position noise in m, a sensor of :mod:`jink.sensor` or an
+        sensor a radar's name (see RADARS), a position noise in m, a sensor of :mod:`jink.models.sensor` or an
         Observation; interval and jitter in s; changes go to the observation: detection, outlier_share,
         outlier_scale, bias.
         """

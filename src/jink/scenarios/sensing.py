@@ -1,4 +1,4 @@
-"""How a truth is seen: a sensor of `jink.sensor` with misses, gross outliers and bias, and when it looks."""
+"""How a truth is seen: a sensor of `jink.models.sensor` with misses, gross outliers and bias, and when it looks."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arguments import Array, positive
-from ..sensor import Bearing, Polar, Position, PositionVelocity, Sensor
-from .draws import Draws
+from ..checks import Array, positive
+from ..metrics.draws import Draws
+from ..models.sensor import Bearing, Polar, Position, PositionVelocity, Sensor
 from .truth import Kinematics
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ..arguments import Array
+from ..checks import Array
 
 
 class Kinematics(NamedTuple):

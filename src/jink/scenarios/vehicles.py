@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arguments import Array
-from ..sensor import Position
+from ..checks import Array
+from ..metrics.draws import Draws
+from ..models.sensor import Position
 from .curves import Curves, Ramps, pulses
-from .draws import Draws
 from .scenario import Scenario
 from .sensing import Observation, Schedule
 

@@ -1,21 +1,19 @@
 """Whole tracks through a stepwise filter: scan by scan over all tracks that are long enough."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .functions import Array, at_scan
+from .scan import Scan
 from .smoothing import backward
 from .states import Outcome, Record, States
-
-if TYPE_CHECKING:
-    from .engine import Stepwise
 
 SLOTS = ("x", "P", "mode_probability", "log_likelihood", "log_likelihood_scan", "nis", "nis_dof", "pit")
 
 
 def run(
-    engine: "Stepwise", time: Array, z: Array, columns: int, offsets: Array, sensor: Array | None,
+    engine: Scan, time: Array, z: Array, columns: int, offsets: Array, sensor: Array | None,
     noise: Array | None, full_noise: bool, input: Array | None, prior_x: Array | None, prior_P: Array | None,
     slots: list[Array | None], status: Array | None, smooth: bool, threads: int,
 ) -> None:  # fmt: skip
@@ -97,7 +95,7 @@ def _scatter(to: dict[str, Array], status: Array | None, rows: Array, s: States,
 
 
 def estimate(
-    engine: "Stepwise",
+    engine: Scan,
     to: dict[str, Any],
     rows: Any,
     x: list[Array],

@@ -2,20 +2,18 @@
 
 from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..filters.estimate import STATUS
+from ..estimate import STATUS
 from ..times import seconds
 from .batch import estimate
 from .functions import Array, at_scan
+from .scan import Scan
 from .smoothing import backward
 from .states import Outcome, Record
-
-if TYPE_CHECKING:
-    from .engine import Stepwise
 
 OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "nis", "nis_dof", "time", "status")
 
@@ -23,7 +21,7 @@ OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "nis", "nis_dof", "ti
 class LiveMany:
     """n live targets, scan by scan; with a lag the estimates are those of the scan so long ago, smoothed."""
 
-    def __init__(self, engine: "Stepwise", n: int, lag: int) -> None:
+    def __init__(self, engine: Scan, n: int, lag: int) -> None:
         self.engine, self.n, self.lag = engine, n, lag
         self.states = engine.new(n)
         self.scan = 0
@@ -124,7 +122,7 @@ class Now:
 class LiveOne:
     """One live target."""
 
-    def __init__(self, engine: "Stepwise", lag: int) -> None:
+    def __init__(self, engine: Scan, lag: int) -> None:
         self._many = LiveMany(engine, 1, lag)
 
     def update(

@@ -6,8 +6,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from .. import _engine
-from ..arguments import positive
-from ..motion import KnownTurn, component_names
+from ..checks import positive
+from ..models.motion import KnownTurn, component_names
 from .functions import Array, StepFunction, jacobian_by_differences, regression
 
 

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from .. import _engine
-from ..arguments import covariance, positive
-from ..noise import Outliers
+from ..checks import covariance, positive
+from ..models.outliers import Outliers
 from .components import Seen, union
 from .functions import Array, ModelError, call, checked, jacobian_by_differences, regression
 from .modes import Mode

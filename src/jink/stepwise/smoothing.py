@@ -8,16 +8,13 @@ the measurements after a scan say
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import _engine
 from .functions import Array, at_scan
+from .scan import Scan
 from .states import Record, Rows
-
-if TYPE_CHECKING:
-    from .engine import Stepwise
 
 EPS = float(np.finfo(float).eps)
 LEAST = 1e-300  # of a weight: no pair of modes dies for good
@@ -44,7 +41,7 @@ class Pair:
     log_weight: Array
 
 
-def backward(engine: "Stepwise", records: list[Record]) -> Iterator[Smoothed]:
+def backward(engine: Scan, records: list[Record]) -> Iterator[Smoothed]:
     """(k, x, P, mode probability) from the last scan to the first; without a follower as it was filtered."""
     messages: Messages | None = None
     after: tuple[Record, list[Array], list[Array]] | None = None
@@ -78,7 +75,7 @@ def _empty(now: Record) -> Messages:
     )
 
 
-def _one(engine: "Stepwise", now: Record, later: Record, xs: Array, Ps: Array) -> tuple[Array, Array]:
+def _one(engine: Scan, now: Record, later: Record, xs: Array, Ps: Array) -> tuple[Array, Array]:
     """C = P Fᵀ (P⁻)⁻¹, x + C (xs − x⁻), (I − C F) P (I − C F)ᵀ + C (Q + Ps) Cᵀ."""
     x, P = now.x[0], now.P[0]
     n = x.shape[1]
@@ -95,7 +92,7 @@ def _one(engine: "Stepwise", now: Record, later: Record, xs: Array, Ps: Array) -
 class Several:
     """One step back of several modes: their smoothed estimates, probabilities and messages."""
 
-    def __init__(self, engine: "Stepwise", now: Record, later: Record, messages: Messages) -> None:
+    def __init__(self, engine: Scan, now: Record, later: Record, messages: Messages) -> None:
         self.engine, self.now, self.later = engine, now, later
         self.modes = range(len(engine.modes))
         self._next = [

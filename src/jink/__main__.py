@@ -1,0 +1,5 @@
+"""`python -m jink`."""
+
+from .cli.main import main
+
+main()

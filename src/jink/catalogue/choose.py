@@ -1,0 +1,88 @@
+"""Which filter a table gets: the user's, a named one, or the default of its kind of target."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..checks import unknown
+from ..filters.loading import load
+from ..io.errors import InputError
+from ..models.outliers import Outliers
+from ..models.sensor import Polar, Position
+from . import FILTERS, SHORT, Purpose, Unfit, canonical
+
+DEFAULT = "imm"
+
+
+def choose_filter(
+    components: Sequence[str],
+    sd: Mapping[str, float],
+    kind: str,
+    chosen: Any,
+    gap: float = 0.0,
+    interval: float = 1.0,
+) -> Any:
+    """A filter for measured `components` (x, y, altitude, ...) of typical `sd`s.
+
+    `chosen` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a track; interval
+    (s): the usual time between two of its positions, which some filters have probabilities for.
+    """
+    if chosen is not None and not isinstance(chosen, str):
+        _check(chosen, components)
+        return chosen
+    name = DEFAULT if chosen is None else chosen
+    level = sd["range" if components[0] == "range" else "position"]
+    purpose = Purpose(
+        sensor=sensor_of(components, sd), kind=kind, sd=level, outliers=Outliers(), gap=gap, interval=interval
+    )
+    try:
+        return FILTERS[canonical(name)](purpose).filter
+    except Unfit as reason:
+        raise InputError(f"filter {name} cannot track this: {reason}") from None
+    except ValueError as error:
+        raise InputError(f"{error}, or a file written by save()") from None
+
+
+def _check(chosen: Any, components: Sequence[str]) -> None:
+    """InputError if the user's filter measures something else than what the data holds."""
+    polar = components[0] == "range"
+    data = tuple({"altitude": "height" if polar else "z"}.get(name, name) for name in components)
+    expected = tuple(getattr(next(iter(getattr(chosen, "sensors", ())), None), "components", data))
+    if expected != data:
+        raise InputError(
+            f"the filter's sensor measures {', '.join(expected)}; the data has {', '.join(components)}"
+        )
+
+
+def load_filter(given: str | None) -> Any:
+    """`--filter NAME|FILE`: a name stays one, a file is read."""
+    if given is None or given in FILTERS or given in SHORT:
+        return given
+    path = Path(given)
+    if not path.is_file():
+        if path.suffix or len(path.parts) > 1:
+            raise InputError(f"there is no filter file {given}")
+        raise InputError(unknown("filter", given, FILTERS) + ", or a file written by save()")
+    try:
+        return load(path)
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"filter file {given} cannot be used: {error}") from None
+
+
+def axes_of(chosen: Any) -> int | None:
+    """Number of axes of a filter, None where none was given."""
+    return getattr(chosen, "axes", None)
+
+
+def sensor_of(components: Sequence[str], sd: Mapping[str, float]) -> Position | Polar:
+    """The sensor of measured `components` (x, y, altitude, ... or range, azimuth, ...) with these `sd`s."""
+    third = components[2] if len(components) > 2 else None
+    if components[0] == "range":
+        extra: dict[str, Any] = {
+            "altitude": {"height_sd": sd.get("altitude")},
+            "elevation": {"elevation_sd": sd.get("elevation")},
+        }
+        return Polar(range_sd=sd["range"], azimuth_sd=sd["azimuth"], **extra.get(third or "", {}))
+    return Position(sd=[sd["position"]] * 2 + ([sd["altitude"]] if third else []), axes=len(components))

@@ -1,0 +1,206 @@
+"""Default filters: how the usual kinds of target move, each as an IMM whose parameters are justified by measurements.
+
+Noises are densities (psd) and switching is a chain in continuous time, so a filter means the same at any scan
+period; vertical motion has its own figures. Reasons and figures: docs/default-filters.md.
+"""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass, fields, replace
+from math import pi
+
+from ..checks import positive
+from ..filters.imm import IMM
+from ..models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Motion
+from ..models.outliers import Outliers
+from ..models.sensor import Polar, Position, PositionVelocity, Sensor
+from ..models.start import TwoPoint
+from ..models.switching import Sojourn
+
+RARE = 10  # usual steps without an accepted position after which a track is given up, if that is longer than the kind's
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """How targets of one kind move.
+
+    modes: motion models, a sequence in them being (x, y, z); seconds: mean time in each mode; to: which one follows, rows sum
+    to one; speed (m/s): about the fastest, the velocity's sd until there is a second position; extent (m): where an outlier may
+    lie, horizontally and vertically; coast (s): a track without an accepted position for longer is given up.
+    """
+
+    summary: str
+    modes: tuple[Motion, ...]
+    seconds: tuple[float, ...]
+    to: tuple[tuple[float, ...], ...]
+    speed: float
+    extent: tuple[float, float]
+    coast: float
+
+    def motions(self, axes: int) -> list[Motion]:
+        """The motion models in two axes or three."""
+        return [_in_axes(mode, axes) for mode in self.modes]
+
+
+def _in_axes(mode: Motion, axes: int) -> Motion:
+    cut = {
+        f.name: getattr(mode, f.name)[:axes] for f in fields(mode) if isinstance(getattr(mode, f.name), tuple)
+    }
+    return replace(mode, **cut)
+
+
+def three_modes(
+    *,
+    quiet: tuple[float, float],
+    jerk: tuple[float, float],
+    acceleration: tuple[float, float],
+    turn: tuple[float, float],
+    turn_rate_psd: float,
+    turn_rate: float,
+) -> tuple[Motion, ...]:
+    """Constant velocity, constant acceleration and coordinated turn; pairs are (horizontal, vertical).
+
+    quiet, turn: acceleration psd of the first and the last (m²/s³); jerk: psd (m²/s⁵); acceleration: sd on entering (m/s²).
+    """
+
+    def each(pair: tuple[float, float]) -> tuple[float, float, float]:
+        return pair[0], pair[0], pair[1]
+
+    return (
+        ConstantVelocity(acceleration_psd=each(quiet)),
+        ConstantAcceleration(jerk_psd=each(jerk), acceleration_prior_sd=each(acceleration)),
+        CoordinatedTurn(
+            acceleration_psd=each(turn), turn_rate_psd=turn_rate_psd, turn_rate_prior_sd=turn_rate
+        ),
+    )
+
+
+EVEN = ((0.0, 0.5, 0.5), (0.9, 0.0, 0.1), (0.9, 0.1, 0.0))
+
+AIRCRAFT = Kind(
+    summary="airliners and light aircraft, below 1 g",
+    modes=three_modes(
+        quiet=(0.02, 0.01),
+        jerk=(0.1, 0.05),
+        acceleration=(1.0, 0.35),
+        turn=(4.0, 0.1),
+        turn_rate_psd=3e-7,
+        turn_rate=0.03,
+    ),
+    seconds=(60.0, 12.0, 40.0),
+    to=((0.0, 0.9, 0.1), (0.8, 0.0, 0.2), (0.6, 0.4, 0.0)),
+    speed=300.0,
+    extent=(1e5, 1e4),
+    coast=300.0,
+)
+
+FIGHTER = Kind(
+    summary="fast targets, up to 9 g",
+    modes=(
+        ConstantVelocity(acceleration_psd=0.0481),
+        ConstantAcceleration(jerk_psd=0.608, acceleration_prior_sd=0.746),
+        ConstantAcceleration(jerk_psd=(142.0, 142.0, 35.0), acceleration_prior_sd=(46.6, 46.6, 15.0)),
+        CoordinatedTurn(acceleration_psd=(4.46, 4.46, 1.0), turn_rate_psd=3.13e-8, turn_rate_prior_sd=0.0579),
+    ),
+    seconds=(45.5, 11.0, 6.5, 15.4),
+    to=(
+        (0.0, 0.007, 0.297, 0.696),
+        (0.973, 0.0, 0.019, 0.008),
+        (0.013, 0.888, 0.0, 0.099),
+        (0.454, 0.54, 0.006, 0.0),
+    ),
+    speed=1500.0,
+    extent=(1e5, 2e4),
+    coast=120.0,
+)
+
+KINDS: dict[str, Kind] = {
+    "aircraft": AIRCRAFT,
+    "fighter": FIGHTER,
+    "vessel": Kind(
+        summary="ships and boats: below 0.05 g, turns of about 1 degree per second",
+        modes=three_modes(
+            quiet=(1e-4, 1e-6), jerk=(1e-5, 1e-8), acceleration=(0.05, 0.001), turn=(1e-3, 1e-6), turn_rate_psd=1e-7,
+            turn_rate=0.01,
+        ),
+        seconds=(300.0, 60.0, 60.0), to=EVEN, speed=25.0, extent=(5e4, 100.0), coast=1800.0,
+    ),
+    "vehicle": Kind(
+        summary="road vehicles: braking and cornering below 0.5 g",
+        modes=three_modes(
+            quiet=(0.02, 1e-3), jerk=(0.3, 1e-3), acceleration=(2.0, 0.1), turn=(0.1, 1e-3), turn_rate_psd=1e-4,
+            turn_rate=0.2,
+        ),
+        seconds=(20.0, 6.0, 6.0), to=EVEN, speed=50.0, extent=(2e4, 1e3), coast=300.0,
+    ),
+    "drone": Kind(
+        summary="multicopters and small fixed-wing drones: below 1 g, quick turns",
+        modes=three_modes(
+            quiet=(0.05, 0.02), jerk=(3.0, 1.0), acceleration=(4.0, 2.0), turn=(0.3, 0.1), turn_rate_psd=1e-3,
+            turn_rate=0.4,
+        ),
+        seconds=(15.0, 4.0, 5.0), to=EVEN, speed=40.0, extent=(1e4, 1e3), coast=60.0,
+    ),
+    "person": Kind(
+        summary="people on foot or by bicycle",
+        modes=three_modes(
+            quiet=(0.01, 1e-3), jerk=(0.2, 1e-3), acceleration=(1.0, 0.05), turn=(0.05, 1e-3), turn_rate_psd=1e-2,
+            turn_rate=0.5,
+        ),
+        seconds=(15.0, 3.0, 4.0), to=EVEN, speed=10.0, extent=(5e3, 500.0), coast=300.0,
+    ),
+}  # fmt: skip
+
+
+def default_filter(
+    kind: str,
+    sensor: Sensor,
+    axes: int | None = None,
+    *,
+    interval: float = 0.0,
+    coast: float | None = None,
+) -> IMM:
+    """The IMM for a kind of target on a sensor of two or three axes, gated, starting from two points.
+
+    interval (s): usual time between positions, if long: a track then waits ten of them, and outliers may lie as much
+    farther off as a target gets meanwhile. coast (s): how long a track waits instead; 0: for ever.
+    Errors: ValueError for an unknown kind, with the nearest and all, and for a sensor of one axis.
+    """
+    if kind not in KINDS:
+        near = difflib.get_close_matches(str(kind), KINDS, 1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise ValueError(f"kind: {kind!r} is none of {', '.join(KINDS)}{hint}")
+    chosen, n = KINDS[kind], int(axes or sensor.axes or 2)
+    if n < 2:
+        raise ValueError(
+            "default_filter: the default filters turn in a plane; expected a sensor of 2 or 3 axes, got 1"
+        )
+    rarer = max(1.0, RARE * positive("interval", interval, zero=True) / chosen.coast)
+    wait = rarer * chosen.coast if coast is None else positive("coast", coast, zero=True)
+    return IMM(
+        chosen.motions(n),
+        sensor,
+        Sojourn(chosen.seconds, chosen.to),
+        outliers=Outliers(share=0.01, extent=_extents(chosen, sensor, rarer), restart_after=2),
+        initial=TwoPoint(velocity_sd=positive("speed", chosen.speed)),
+        coast=wait or None,
+    )
+
+
+def _extents(kind: Kind, sensor: Sensor, times: float) -> tuple[float, ...]:
+    """Where an outlier may lie, per measured component: vertical errors are smaller than horizontal ones."""
+    flat, up = times * kind.extent[0], times * kind.extent[1]
+    places = (flat, flat, up)[: int(sensor.axes or 2)]
+    if isinstance(sensor, Position) or (isinstance(sensor, Polar) and sensor.method == "converted"):
+        return places
+    if isinstance(sensor, PositionVelocity):
+        return (*places, *(2 * kind.speed,) * len(places))
+    by_name = {
+        "range": flat,
+        "azimuth": 2 * pi,
+        "elevation": 2 * pi,
+        "height": up,
+        "range_rate": 2 * kind.speed,
+    }
+    return tuple(by_name[name] for name in sensor.components)

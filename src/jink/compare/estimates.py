@@ -1,0 +1,156 @@
+"""What a filter answers to simulated measurements, whatever it is: estimates in the truth's axes, covariances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..checks import Array
+from ..metrics import measured_velocity
+from ..models.sensor import Polar, Position, PositionVelocity
+from ..scenarios import Simulation
+
+OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "log_likelihood_scan", "status")
+QUIET = "constant_velocity"  # modes of this name do not manoeuvre
+UPDATED, GATED = 1, 3
+
+
+@dataclass(frozen=True)
+class Block:
+    """Components [p… v…] of the error, by number, whose covariance is P[..., index, index] (B, S, n, n)."""
+
+    columns: Sequence[int]
+    P: Array
+    index: Sequence[int]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """position, velocity, acceleration (B, S, axes), NaN or None where there is none; nis, nis_dof and
+    log_likelihood (B, S) of the measurements; covariance as independent blocks; manoeuvring (B, S), the
+    probability that the target manoeuvres; modes by name and their probabilities (B, S, M), of the first axis
+    where filters run along each axis by themselves."""
+
+    position: Array
+    velocity: Array | None = None
+    acceleration: Array | None = None
+    blocks: tuple[Block, ...] = ()
+    nis: Array | None = None
+    nis_dof: Array | None = None
+    log_likelihood: Array | None = None
+    manoeuvring: Array | None = None
+    modes: tuple[str, ...] = ()
+    probability: Array | None = None
+
+
+def raw(simulation: Simulation) -> Answer:
+    """The measured positions and velocities; without the latter, backward differences of positions."""
+    position = measured_position(simulation.scenario.observation.sensor, simulation.z)
+    axes = min(position.shape[2], simulation.truth.position.shape[2])
+    sensor = simulation.scenario.observation.sensor
+    if isinstance(sensor, PositionVelocity):
+        return Answer(position[..., :axes], simulation.z[..., sensor.axes :][..., :axes])
+    position = position[..., :axes]
+    return Answer(position, measured_velocity(position, simulation.time))
+
+
+def measured_position(sensor: Any, z: Array) -> Array:
+    """z (..., m) as positions (..., axes) in m; a radar without elevation or height sees the ground plane."""
+    if isinstance(sensor, Position | PositionVelocity):
+        return z[..., : sensor.axes]
+    if not isinstance(sensor, Polar):
+        raise ValueError(f"{type(sensor).__name__} measures no positions")
+    site = [*map(float, sensor.site), 0.0][:3]
+    distance, azimuth = z[..., 0], z[..., 1]
+    columns = dict(zip(sensor.components, np.moveaxis(z, -1, 0), strict=True))
+    ground, up = distance, None
+    if "elevation" in columns:
+        ground, up = distance * np.cos(columns["elevation"]), distance * np.sin(columns["elevation"])
+    elif "height" in columns:
+        up = columns["height"] - site[2]
+        ground = np.sqrt(np.maximum(distance**2 - up**2, 0.0))
+    first, second = np.cos(azimuth), np.sin(azimuth)
+    if sensor.reference == "north":
+        first, second = second, first
+    parts = [site[0] + ground * first, site[1] + ground * second]
+    return np.stack(parts if up is None else [*parts, site[2] + up], axis=-1)
+
+
+def filtered(filter: Any, simulation: Simulation) -> Answer:
+    """A filter's estimates; one whose sensor has one axis runs along each axis by itself."""
+    if per_axis(filter, simulation.scenario.observation.sensor):
+        return _along_each_axis(filter, simulation)
+    return jointly(filter.filter(**simulation.batch(), outputs=OUTPUTS), simulation)
+
+
+def per_axis(filter: Any, sensor: Any) -> bool:
+    """Does this filter of one axis take a sensor of several, axis by axis?"""
+    return isinstance(sensor, Position) and sensor.axes > 1 and filter.axes == 1
+
+
+def jointly(estimate: Any, simulation: Simulation) -> Answer:
+    """The answer of an engine's estimate of all axes."""
+    B, S = simulation.time.shape
+    names = list(estimate.components)
+    axes = min(sum(name[0] == "p" for name in names), simulation.truth.position.shape[2])
+    x = estimate.x.reshape(B, S, -1)
+    where = {c: [names.index(c + a) for a in "xyz"[:axes] if c + a in names] for c in "pva"}
+    index = where["p"] + where["v"]
+    P = estimate.P.reshape(B, S, len(names), len(names))
+    return Answer(
+        position=x[..., where["p"]],
+        velocity=x[..., where["v"]],
+        acceleration=x[..., where["a"]] if where["a"] else None,
+        blocks=(Block(range(2 * axes), P, index),),
+        nis=estimate.nis.reshape(B, S),
+        nis_dof=estimate.nis_dof.reshape(B, S),
+        log_likelihood=_scored(estimate).reshape(B, S),
+        **_modes(estimate, (B, S)),
+    )
+
+
+def _modes(estimate: Any, shape: tuple[int, ...]) -> dict[str, Any]:
+    """Mode probabilities, and that of manoeuvring where some modes do and some do not."""
+    modes = tuple(estimate.modes)
+    if len(modes) < 2:
+        return {}
+    probability = estimate.mode_probability.reshape(*shape, len(modes))
+    quiet = [name.startswith(QUIET) for name in modes]
+    manoeuvring = 1.0 - probability[..., quiet].sum(axis=-1) if any(quiet) and not all(quiet) else None
+    return {"modes": modes, "probability": probability, "manoeuvring": manoeuvring}
+
+
+def _scored(estimate: Any) -> Array:
+    """ln p(z) of the rows that were taken or gated; the others predict no measurement."""
+    status = estimate.status
+    return np.where((status == UPDATED) | (status == GATED), estimate.log_likelihood_scan, np.nan)
+
+
+def _along_each_axis(filter: Any, simulation: Simulation) -> Answer:
+    B, S, axes = simulation.z.shape
+    estimate = filter.filter(
+        np.repeat(simulation.time, axes, axis=0).reshape(-1),
+        np.swapaxes(simulation.z, 1, 2).reshape(-1, 1),
+        offsets=np.arange(B * axes + 1) * S,
+        outputs=OUTPUTS,
+    )
+    names = list(estimate.components)
+    x = np.moveaxis(estimate.x.reshape(B, axes, S, -1), 1, 2)
+    P = estimate.P.reshape(B, axes, S, len(names), len(names))
+    rows = {name: getattr(estimate, name).reshape(B, axes, S).sum(axis=1) for name in ("nis", "nis_dof")}
+    rows |= {name: value for name, value in _modes(estimate, (B, axes, S)).items() if value is not None}
+    if "manoeuvring" in rows:
+        rows["manoeuvring"] = 1.0 - np.prod(1.0 - rows["manoeuvring"], axis=1)
+    if "probability" in rows:
+        rows["probability"] = rows["probability"][:, 0]
+    return Answer(
+        position=x[..., 0],
+        velocity=x[..., 1],
+        acceleration=x[..., names.index("ax")] if "ax" in names else None,
+        blocks=tuple(Block((a, axes + a), P[:, a], (0, 1)) for a in range(axes)),
+        log_likelihood=_scored(estimate).reshape(B, axes, S).sum(axis=1),
+        **rows,
+    )

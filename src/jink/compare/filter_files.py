@@ -1,0 +1,66 @@
+"""Filters from files: do they suit the sensor, and what were they fitted on?"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from ..catalogue import Purpose
+from ..filters.loading import load
+from ..io.errors import InputError
+from ..models.sensor import Position
+from .entrants import Entrant
+
+
+def from_file(path: str, purpose: Purpose, seed: int, runs: int) -> Entrant:
+    """A filter written by ``save``, if it suits the sensor.
+
+    The file may say what it was fitted on: "fitted": {"scenario", "seed", "runs", "apart"}; apart: from which races its data
+    are kept, "all" of them or those of the same "seed". Errors: InputError.
+    """
+    try:
+        filter = load(path)
+    except (ValueError, OSError) as error:
+        raise InputError(f"filter file {error}" if str(path) in str(error) else f"{path}: {error}") from None
+    note = suits(filter, purpose, path)
+    fitted = json.loads(Path(path).read_text(encoding="utf-8")).get("fitted") or {}
+    here = isinstance(fitted, dict) and fitted.get("scenario") == purpose.name
+    words = f"{type(filter).__name__} of {', '.join(filter.modes)}"
+    return Entrant(
+        name=path,
+        words=words,
+        filter=filter,
+        fitted=_on_what(fitted) if here else "",
+        in_sample=here and _in_sample(fitted, seed),
+        note=note,
+    )
+
+
+def _on_what(fitted: dict[str, Any]) -> str:
+    if fitted.get("apart") == "seed":
+        return f"the other half of this file, as seed {fitted.get('seed', '?')} splits it"
+    return f"{fitted.get('runs', 'some')} runs of seed {fitted.get('seed', '?')}"
+
+
+def _in_sample(fitted: dict[str, Any], seed: int) -> bool:
+    same, apart = fitted.get("seed") == seed, fitted.get("apart")
+    return False if apart == "all" else not same if apart == "seed" else same
+
+
+def suits(filter: Any, purpose: Purpose, path: str) -> str:
+    """A note where the filter assumes another noise. Errors: InputError where it cannot take the measurements."""
+    own, there = filter.sensors[0], purpose.sensor
+    expected, given = tuple(getattr(own, "components", ())), tuple(there.components)
+    along_axes = isinstance(there, Position) and expected == ("x",)
+    if expected != given and not along_axes:
+        raise InputError(
+            f"{path}: its sensor measures {', '.join(expected)}; {purpose.name} is seen by a sensor of {', '.join(given)}"
+        )
+    for name in ("site", "reference"):
+        if getattr(own, name, None) != getattr(there, name, None):
+            raise InputError(
+                f"{path}: its sensor's {name} is {getattr(own, name, None)}; expected {getattr(there, name, None)}"
+            )
+    noise, actual = own.native()[9], there.native()[9]
+    return "" if noise == actual[: len(noise)] else "assumes another measurement noise than there is"

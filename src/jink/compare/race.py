@@ -1,0 +1,62 @@
+"""A fair race of filters: the same random numbers for all, standard errors, no verdict without an interval."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from ..catalogue import FILTERS
+from ..io.errors import InputError
+from ..scenarios import Scenario, by_name
+from .entrants import ALWAYS, ENTRANTS, check_names
+from .result import Race
+
+__all__ = ["ALWAYS", "ENTRANTS", "FILTERS", "Race", "compare"]
+
+
+def compare(
+    scenario: str | os.PathLike[str] | Scenario,
+    filters: str | Sequence[str] = (),
+    runs: int = 1000,
+    seed: int = 0,
+    *,
+    kind: str = "aircraft",
+    columns: Mapping[str, str] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Race:
+    """Race filters on a scenario, on a file that `jink simulate` wrote, or without truth on one of recorded positions.
+
+    scenario a name, a :class:`jink.scenarios.Scenario` or a file; filters names of ``ENTRANTS``, "all", or files
+    that ``save`` wrote; raw measurements, tuned Kalman filters, the default IMM and the clairvoyant bound take
+    part always. runs and seed of the Monte Carlo experiment; kind of the targets in a file and
+    columns of it, role to name, as for :func:`jink.track`; progress(done,
+    runs). Interrupted (Ctrl-C), the finished runs are returned, ``partial`` being true.
+    Errors: InputError (a ValueError) for unknown names, unusable files, runs below 1 or a seed that is none.
+    """
+    if isinstance(runs, bool) or not isinstance(runs, int) or runs < 1:
+        raise InputError(f"runs is {runs!r}; expected a whole number of at least 1")
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise InputError(f"seed is {seed!r}; expected a whole number from 0")
+    names = check_names([filters] if isinstance(filters, str) else list(filters))
+    chosen: Any = scenario
+    if not isinstance(scenario, Scenario):
+        text = os.fspath(scenario)
+        if os.path.isfile(text):
+            from .recorded import race_on_file
+            from .truth_file import has_truth, recorded_truth
+
+            if has_truth(text):
+                from .simulated import race
+
+                return race(recorded_truth(text, kind, runs, seed), names, runs, seed, progress=progress)
+            return race_on_file(text, names, kind=kind, columns=columns, seed=seed, progress=progress)
+        if os.sep in text or "." in text:
+            raise InputError(f"there is no file {text}")
+        try:
+            chosen = by_name(text)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+    from .simulated import race
+
+    return race(chosen, names, runs, seed, progress=progress)

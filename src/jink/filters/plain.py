@@ -1,0 +1,37 @@
+"""What a filter file holds: declarations as JSON, parameters in SI units, readable and diffable."""
+
+import json
+import os
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+VERSION = 1
+# what filters have in common, in the order in which files hold it
+COMMON = ("outliers", "initial", "coast")
+LINEARISED = ("linearisation", *COMMON)
+MODES = ("transition", "transition_step", "mode_probability", "mixing", *LINEARISED)
+
+
+def write(body: dict[str, Any], path: str | os.PathLike[str]) -> None:
+    """One JSON file, whole or not at all."""
+    target = Path(path)
+    temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
+    temporary.write_text(json.dumps(body, indent=2) + "\n", encoding="utf-8")
+    temporary.replace(target)
+
+
+def plain(value: Any) -> Any:
+    """A declaration as JSON holds it. Errors: TypeError for code, which JSON does not hold."""
+    if is_dataclass(value) and not isinstance(value, type) and type(value).__module__.startswith("jink."):
+        given = {f.name: plain(getattr(value, f.name)) for f in fields(value)}
+        return {"kind": type(value).__name__, **{k: v for k, v in given.items() if v is not None}}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, tuple | list):
+        return [plain(v) for v in value]
+    if value is None or isinstance(value, str | int | float | bool):
+        return value
+    raise TypeError(f"{type(value).__name__}: a model of your own is code and cannot be saved to a file")

@@ -1,0 +1,70 @@
+"""A search on disk: where it stands, and of which data, so that it can be stopped and taken up again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..filters.plain import write
+from ..io.errors import InputError
+from .gradient import Tracks
+from .objectives import Objective
+from .optimise import State
+from .parameters import Parameters
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A file for the states of one search; print tells searches of other data, filters or objectives apart."""
+
+    path: Path
+    print: dict[str, Any]
+
+    @classmethod
+    def of(
+        cls,
+        path: str | Path | None,
+        parameters: Parameters,
+        objective: Objective,
+        tracks: Tracks,
+        seed: int,
+        starts: int,
+    ) -> Checkpoint | None:
+        """For a search, or None without a path."""
+        if path is None:
+            return None
+        digest = hashlib.sha256()
+        for name in ("time", "z", "offsets", "covariance", "truth", "counts"):
+            array = getattr(tracks, name)
+            if array is not None:
+                digest.update(np.ascontiguousarray(array).tobytes())
+        start = [round(float(u), 9) for u in parameters.start]
+        what = {"data": digest.hexdigest(), "objective": repr(objective), "seed": seed, "starts": starts}
+        return cls(Path(path), {**what, "parameters": list(parameters.names), "start": start})
+
+    def write(self, state: State) -> None:
+        """Keep a state, whole or not at all."""
+        write({"jink": "fit checkpoint", "search": self.print, "state": asdict(state)}, self.path)
+
+    def read(self) -> State:
+        """The state kept. Errors: InputError if it is none, or that of another search, saying in what it differs."""
+        try:
+            body = json.loads(self.path.read_text(encoding="utf-8"))
+            search, state = body["search"], State(**body["state"])
+            if not all(isinstance(n, int) for n in (state.stage, state.evaluations)):
+                raise TypeError
+        except FileNotFoundError:
+            raise InputError(f"there is no checkpoint {self.path} to resume from") from None
+        except (ValueError, KeyError, TypeError, UnicodeDecodeError):
+            raise InputError(f"{self.path} is no checkpoint of a fit") from None
+        other = [name for name, value in self.print.items() if search.get(name) != value]
+        if other:
+            raise InputError(
+                f"checkpoint {self.path} is of other {' and '.join(other)}; without --resume a new fit begins"
+            )
+        return state

@@ -1,0 +1,135 @@
+"""Figures of a filter on tracks, and their exact derivatives by its parameters, by dual numbers through the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from .. import _engine
+from ..checks import Array, thread_count
+from ..filters.rows import array_of, measurements, prior_of_tracks, row_noise, sensor_index, track_offsets
+from ..times import seconds
+
+Figure = Literal["likelihood", "prediction", "tracking"]
+FIGURES: tuple[Figure, ...] = ("likelihood", "prediction", "tracking")
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """Measurements of many tracks laid end to end, as ``filter`` takes them, and what is known about them.
+
+    truth (N, c) in the reported ``components``, NaN where unknown; counts (N,) rows that errors are counted in; new (N,) rows
+    that likelihoods are counted in, those that do not repeat the measurement before; owner (B,) whose tracks are never
+    parted (a target, a run); family (B,) from 0, of data whose errors are measured apart.
+    """
+
+    time: Array
+    z: Array
+    offsets: np.ndarray
+    covariance: Array | None = None
+    sensor: np.ndarray | None = None
+    truth: Array | None = None
+    components: tuple[str, ...] = ()
+    counts: np.ndarray | None = None
+    new: np.ndarray | None = None
+    owner: np.ndarray | None = None
+    family: np.ndarray | None = None
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of all tracks."""
+        return len(self.time)
+
+    def keywords(self) -> dict[str, Any]:
+        """For ``filter(**tracks.keywords())``."""
+        return {
+            "time": self.time, "z": self.z, "offsets": self.offsets, "covariance": self.covariance, "sensor": self.sensor,
+        }  # fmt: skip
+
+    def some(self, tracks: np.ndarray) -> Tracks:
+        """The tracks of these numbers, in this order."""
+        lengths = np.diff(self.offsets)[tracks]
+        offsets = np.r_[0, np.cumsum(lengths)]
+        rows = np.repeat(self.offsets[:-1][tracks] - offsets[:-1], lengths) + np.arange(offsets[-1])
+
+        def cut(names: Sequence[str], index: np.ndarray) -> dict[str, Any]:
+            return {
+                name: None if getattr(self, name) is None else getattr(self, name)[index] for name in names
+            }
+
+        of_rows = cut(("time", "z", "covariance", "sensor", "truth", "counts", "new"), rows)
+        return replace(self, **of_rows, **cut(("owner", "family"), tracks), offsets=offsets)
+
+
+def differentiable(filter: Any) -> bool:
+    """Can the engine differentiate this filter? Models of your own, filters that choose among modes, watch for onsets or are
+    aided by networks say no."""
+    return isinstance(filter._engine, _engine.Engine) and _engine.native.differentiable(filter._engine)
+
+
+def gradient(
+    filter: Any,
+    tangents: Array,
+    tracks: Tracks,
+    figure: Figure = "likelihood",
+    *,
+    ahead: int = 1,
+    weight: Array | None = None,
+    threads: int | None = None,
+) -> tuple[Array, Array]:
+    """A figure of every track and its derivatives: value (B, c), slope (P, B, c), exact.
+
+    likelihood (c = 1): Σ w ln p(z); prediction, one c per measured component: Σ w (z − h(x predicted ``ahead`` scans before))²;
+    tracking, one c of ``tracks.components``: Σ w (x − truth)². tangents (P, numbers): directions of differentiation among the
+    engine's numbers, as :meth:`jink.fit.parameters.Parameters.tangents` gives them. weight (N, c), by default one.
+    Where a filter gates or restarts the derivative is that of what it did. Errors: ValueError naming the argument; TypeError
+    for a filter that cannot be differentiated. Source: Griewank & Walther, Evaluating Derivatives, 2008, chapter 3.
+    """
+    if not differentiable(filter):
+        raise TypeError(f"{filter!r} cannot be differentiated: fit it without gradients")
+    if figure not in FIGURES:
+        raise ValueError(f"figure: expected one of {', '.join(FIGURES)}, got {figure!r}")
+    columns = filter._columns
+    z = measurements(tracks.z, columns)
+    n = len(z)
+    time = array_of("time", np.asarray(seconds(tracks.time), dtype=float), (n,))
+    offsets = track_offsets(tracks.offsets, n)
+    noise = row_noise(tracks.covariance, n, columns)
+    which = sensor_index(tracks.sensor, n, len(filter.sensors))
+    prior = (
+        prior_of_tracks(filter.initial, filter.components, len(tracks))
+        if hasattr(filter.initial, "P")
+        else (None, None)
+    )
+    components, truth = _target(filter, tracks) if figure == "tracking" else ([], None)
+    c = 1 if figure == "likelihood" else columns if figure == "prediction" else len(components)
+    weights = None if weight is None else array_of("weight", weight, (n, c))
+    directions = np.ascontiguousarray(tangents, dtype=float)
+    numbers = filter.numbers.size
+    if directions.ndim != 2 or directions.shape[1] != numbers:
+        raise ValueError(f"tangents: expected (P, {numbers}), got {directions.shape}")
+    if int(ahead) != ahead or ahead < 1:
+        raise ValueError(f"ahead: expected a number of scans from 1, got {ahead!r}")
+    value, slope = np.empty((len(tracks), c)), np.empty((len(directions), len(tracks), c))
+    _engine.native.gradient(
+        filter._engine, time, z, columns, offsets, which, noise, noise is not None and noise.ndim == 3, None, *prior,
+        FIGURES.index(figure), int(ahead), components, truth, weights, directions, value, slope, thread_count(threads),
+    )  # fmt: skip
+    return value, slope
+
+
+def _target(filter: Any, tracks: Tracks) -> tuple[Sequence[int], Array]:
+    if tracks.truth is None:
+        raise ValueError("tracks: have no truth to compare with")
+    unknown = [name for name in tracks.components if name not in filter.components]
+    if unknown:
+        raise ValueError(f"components: {unknown[0]!r} is none of {', '.join(filter.components)}")
+    return [filter.components.index(name) for name in tracks.components], np.ascontiguousarray(
+        tracks.truth, dtype=float
+    )

@@ -1,0 +1,200 @@
+"""Scales on which every value of a number is allowed, and where in a filter's description the number stands.
+
+positive σ: u = ln σ;   of either sign: u = value / unit;   probability p: u = ln p/(1 − p);   rows that sum to one: uⱼ = ln pⱼ/p_ref
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..checks import Array
+
+Path = tuple[str | int, ...]
+
+
+class Part(Protocol):
+    """size elements of u, one name each, read from a description's body and written to it; values in their own units."""
+
+    @property
+    def size(self) -> int: ...
+    @property
+    def names(self) -> tuple[str, ...]: ...
+    def read(self, body: Any) -> list[float]: ...
+    def write(self, body: Any, u: Array) -> None: ...
+    def values(self, body: Any) -> list[float]: ...
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number, at one place of a filter's description or at several that stay equal."""
+
+    name: str
+    paths: tuple[Path, ...]
+    scale: str  # log, logit or plain
+    unit: float = 1.0  # of a plain one
+    size: int = 1
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (self.name,)
+
+    def read(self, body: Any) -> list[float]:
+        value = float(at(body, self.paths[0]))
+        if self.scale == "log":
+            return [math.log(value)]
+        return [logit(value)] if self.scale == "logit" else [value / self.unit]
+
+    def write(self, body: Any, u: Array) -> None:
+        value = float(u[0])
+        if self.scale == "log":
+            value = math.exp(value)
+        elif self.scale == "logit":
+            value = logistic(value)
+        else:
+            value *= self.unit
+        for path in self.paths:
+            at(body, path[:-1])[path[-1]] = value
+
+    def values(self, body: Any) -> list[float]:
+        return [float(at(body, self.paths[0]))]
+
+
+@dataclass(frozen=True)
+class Row:
+    """Probabilities that sum to one, those of `places`; the others stay zero."""
+
+    path: Path
+    places: tuple[int, ...]
+    reference: int  # the place the others are compared with
+    names: tuple[str, ...]
+
+    @property
+    def size(self) -> int:
+        return len(self.places) - 1
+
+    def _others(self) -> list[int]:
+        return [place for place in self.places if place != self.reference]
+
+    def read(self, body: Any) -> list[float]:
+        row = at(body, self.path)
+        return [math.log(row[j] / row[self.reference]) for j in self._others()]
+
+    def write(self, body: Any, u: Array) -> None:
+        logits = np.r_[0.0, u]
+        p = np.exp(logits - logits.max())
+        row = at(body, self.path)
+        for place, value in zip([self.reference, *self._others()], p / p.sum(), strict=True):
+            row[place] = float(value)
+
+    def values(self, body: Any) -> list[float]:
+        row = at(body, self.path)
+        return [float(row[j]) for j in self._others()]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Fuzzy limits, kept where they are valid: a_th above a_up, k₁ and k₂ below a_th ln(a_th/a_up)/(a_th − a_up).
+
+    u = ln(a_th/a_up − 1), and ln k/(bound − k) of each k. Source of the bound: :class:`jink.FuzzyLimits`.
+    """
+
+    path: Path
+    owner: str
+    size: int = 3
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(f"{self.owner}.{name}" for name in ("threshold", "up", "down"))
+
+    def read(self, body: Any) -> list[float]:
+        limits = at(body, self.path)
+        threshold, bound = limits["threshold"], _bound(limits["threshold"], limits["operating"])
+        ks = (min(limits[name] / bound, 1.0 - 1e-9) for name in ("up", "down"))
+        return [math.log(threshold / limits["operating"] - 1.0), *(logit(k) for k in ks)]
+
+    def write(self, body: Any, u: Array) -> None:
+        limits = at(body, self.path)
+        limits["threshold"] = limits["operating"] * (1.0 + math.exp(float(u[0])))
+        bound = _bound(limits["threshold"], limits["operating"])
+        for name, value in zip(("up", "down"), u[1:], strict=True):
+            limits[name] = bound * logistic(float(value))
+
+    def values(self, body: Any) -> list[float]:
+        limits = at(body, self.path)
+        return [float(limits[name]) for name in ("threshold", "up", "down")]
+
+
+@dataclass(frozen=True)
+class Together:
+    """Positive numbers of many modes that keep their proportions; u = ln of the first."""
+
+    name: str
+    paths: tuple[Path, ...]
+    size: int = 1
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (self.name,)
+
+    def read(self, body: Any) -> list[float]:
+        return [math.log(at(body, self.paths[0]))]
+
+    def write(self, body: Any, u: Array) -> None:
+        times = math.exp(float(u[0])) / at(body, self.paths[0])
+        for path in self.paths:
+            at(body, path[:-1])[path[-1]] *= times
+
+    def values(self, body: Any) -> list[float]:
+        return [float(at(body, self.paths[0]))]
+
+
+@dataclass(frozen=True)
+class Stay:
+    """The probability to stay in the first of many modes; the other rows' chances to leave keep their proportions to its."""
+
+    name: str
+    path: Path
+    size: int = 1
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (self.name,)
+
+    def read(self, body: Any) -> list[float]:
+        return [logit(at(body, self.path)[0][0])]
+
+    def write(self, body: Any, u: Array) -> None:
+        matrix = np.array(at(body, self.path), dtype=float)
+        leaving = 1.0 - np.diag(matrix)
+        now = np.minimum(leaving * (1.0 - logistic(float(u[0]))) / leaving[0], 1.0 - 1e-9)
+        matrix *= (now / leaving)[:, None]
+        np.fill_diagonal(matrix, 1.0 - now)
+        at(body, self.path[:-1])[self.path[-1]] = matrix.tolist()
+
+    def values(self, body: Any) -> list[float]:
+        return [float(at(body, self.path)[0][0])]
+
+
+def at(body: Any, path: Path) -> Any:
+    """What stands at a place of a description."""
+    for step in path:
+        body = body[step]
+    return body
+
+
+def logit(p: float) -> float:
+    """ln p/(1 − p)."""
+    return math.log(p / (1.0 - p))
+
+
+def logistic(u: float) -> float:
+    """1/(1 + exp(−u))."""
+    return 1.0 / (1.0 + math.exp(-u))
+
+
+def _bound(threshold: float, operating: float) -> float:
+    return (1.0 - 1e-12) * threshold * math.log(threshold / operating) / (threshold - operating)

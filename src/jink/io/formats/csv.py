@@ -1,0 +1,105 @@
+"""CSV text to a polars frame: typed when clean, as strings when not, line by line when ragged."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import polars as pl
+
+from ..errors import InputError
+from ..rejected import unreadable
+
+SEPARATORS = ",;\t|"
+MISSING = ["", "NA", "N/A", "NaN", "nan", "NAN", "null", "NULL", "None", "none", "-", "--", "\\N"]
+
+
+class CsvText:
+    """A CSV file in memory; the separator (comma, semicolon, tab, bar) is taken from its first line."""
+
+    def __init__(self, file: str, content: bytes):
+        self.file, self.content = file, content.strip(b"\r\n")
+        first = self.content.split(b"\n", 1)[0].decode("utf-8", errors="replace").rstrip("\r")
+        self.separator = max(SEPARATORS, key=first.count)
+        self.names = [name.strip() for name in next(csv.reader([first], delimiter=self.separator), [])]
+        if self.names and all(_is_number(name) for name in self.names):
+            raise InputError(
+                f"{file} has no header: its first line is {first[:80]!r}. It has to name the columns, "
+                "for example target,time,latitude,longitude"
+            )
+        double = sorted({name for name in self.names if name and self.names.count(name) > 1})
+        if double:
+            raise InputError(f"{file}: the header names a column twice: {', '.join(double)}")
+
+    def read(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
+        """The wanted columns of every row that has the right number of fields, and the rows that have not."""
+        if not self._even():
+            return self._line_by_line(wanted)
+        ordered = sorted(wanted, key=self.names.index)
+        attempts: list[dict[str, Any]] = [{"infer_schema_length": 10_000}, {"infer_schema": False}]
+        for options in attempts:
+            try:
+                frame = pl.read_csv(
+                    self.content,
+                    separator=self.separator,
+                    null_values=MISSING,
+                    columns=[self.names.index(name) for name in ordered],
+                    new_columns=ordered,
+                    **options,
+                )
+            except (pl.exceptions.PolarsError, OSError):
+                continue
+            if frame.height == self.content.count(b"\n"):
+                return frame.select(wanted).with_row_index("row"), unreadable()
+        return self._line_by_line(wanted)
+
+    def _even(self) -> bool:
+        """Whether all lines can have as many fields as the header; polars fills short ones without a word."""
+        lines = self.content.count(b"\n") + 1
+        if b'"' not in self.content:
+            return self.content.count(self.separator.encode()) == lines * (len(self.names) - 1)
+        last = self.content.rsplit(b"\n", 1)[-1].decode("utf-8", errors="replace")
+        return len(next(csv.reader([last], delimiter=self.separator), [])) == len(self.names)
+
+    def _line_by_line(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
+        text = io.StringIO(self.content.decode("utf-8", errors="replace").replace("\x00", ""), newline="")
+        reader = csv.reader(text, delimiter=self.separator)
+        places = [self.names.index(name) for name in wanted]
+        columns: list[list[str | None]] = [[] for _ in wanted]
+        rows: list[int] = []
+        bad: tuple[list[int], list[str], list[str]] = ([], [], [])
+        row = -1
+        try:
+            next(line for line in reader if line)
+            for fields in reader:
+                if not fields:
+                    continue
+                row += 1
+                if len(fields) != len(self.names):
+                    bad[0].append(row)
+                    bad[1].append(
+                        f"line {reader.line_num} has {len(fields)} fields, the header {len(self.names)}"
+                    )
+                    bad[2].append(self.separator.join(fields)[:80])
+                    continue
+                rows.append(row)
+                for column, place in zip(columns, places, strict=True):
+                    value = fields[place].strip()
+                    column.append(None if value in MISSING else value)
+        except csv.Error as error:
+            raise InputError(f"{self.file}, line {reader.line_num}: not readable as CSV: {error}") from None
+        frame = pl.DataFrame(
+            {"row": rows, **dict(zip(wanted, columns, strict=True))},
+            schema={"row": pl.UInt32, **dict.fromkeys(wanted, pl.String)},
+        )
+        return frame, unreadable(*bad)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

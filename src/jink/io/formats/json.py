@@ -1,0 +1,178 @@
+"""JSON arrays of objects and JSON Lines to a polars frame, by its line reader (7 times its array reader).
+
+An array becomes lines by rewriting `},{` as `}\\n{`, which is right as long as there are as many lines as
+braces; whatever does not come out as valid lines is read again by the standard library, value by value, so
+that a bad line costs only itself.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import polars as pl
+
+from ..errors import InputError
+from ..rejected import unreadable
+
+SAMPLE = 1000
+
+
+class JsonText:
+    """A JSON file in memory: an array of objects, or one object per line."""
+
+    def __init__(self, file: str, content: bytes):
+        self.file = file
+        content = content.strip()
+        self.array = content if content.startswith(b"[") else None
+        self.lines = _array_to_lines(content) if self.array is not None else content
+        self.types, sound = _sample_types(self.lines)
+        if self.array is not None and not sound:
+            self.lines = _written_again(self.array) or self.lines
+            self.types, _ = _sample_types(self.lines)
+        if not self.types:
+            raise InputError(
+                f"{file} has no JSON objects that can be read; "
+                "an array of objects or one object per line is expected"
+            )
+        if all(kind == "container" for kind in self.types.values()) and b"\n" not in self.lines:
+            raise InputError(
+                f"{file} is a single JSON object; an array of objects or one object per line is expected"
+            )
+        self.names = list(self.types)
+
+    def read(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
+        """The wanted columns of every object, and the lines that are none."""
+        typed = {name: _polars_type(self.types[name]) for name in wanted}
+        for schema in (typed, dict.fromkeys(wanted, pl.String)):
+            try:
+                frame = pl.read_ndjson(self.lines, schema=schema)
+            except (pl.exceptions.PolarsError, OSError):
+                continue
+            if self.array is not None and frame.height != self.array.count(b"{"):
+                break  # nested objects, or braces in texts: look more closely
+            return frame.with_row_index("row"), unreadable()
+        return self._value_by_value(wanted)
+
+    def _value_by_value(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
+        columns: dict[str, list[str | None]] = {name: [] for name in wanted}
+        rows: list[int] = []
+        bad: tuple[list[int], list[str], list[str]] = ([], [], [])
+        for row, (value, text) in enumerate(self._records()):
+            if not isinstance(value, dict):
+                bad[0].append(row)
+                bad[1].append("not a JSON object" if text is None else "not valid JSON")
+                bad[2].append((text or json.dumps(value))[:80])
+                continue
+            rows.append(row)
+            for name, column in columns.items():
+                column.append(_text(value.get(name)))
+        frame = pl.DataFrame(
+            {"row": rows, **columns}, schema={"row": pl.UInt32, **dict.fromkeys(wanted, pl.String)}
+        )
+        return frame, unreadable(*bad)
+
+    def _records(self) -> Iterator[tuple[Any, str | None]]:
+        """Each record's value, or the text that could not be read as one."""
+        if self.array is not None:
+            try:
+                values = json.loads(
+                    self.array.decode("utf-8", errors="replace"), parse_constant=lambda _: None
+                )
+            except (ValueError, RecursionError):
+                pass
+            else:
+                yield from ((value, None) for value in values)
+                return
+        for line in self.lines.split(b"\n"):
+            text = line.decode("utf-8", errors="replace").strip()
+            if text:
+                try:
+                    yield json.loads(text, parse_constant=lambda _: None), None
+                except (ValueError, RecursionError):
+                    yield None, text
+
+
+def _array_to_lines(content: bytes) -> bytes:
+    """`[{...},{...}]` to one object per line, as long as objects do not nest."""
+    body = content[1:-1] if content.endswith(b"]") else content[1:]
+    if b"\n" in body or b"\r" in body:
+        body = body.replace(b"\r", b" ").replace(b"\n", b" ")
+    between = re.search(rb"\}\s*,\s*\{", body)
+    if between is None or between.group() == b"},{":
+        return body.replace(b"},{", b"}\n{").strip()
+    return re.sub(rb"\}\s*,\s*\{", b"}\n{", body).strip()
+
+
+def _written_again(array: bytes) -> bytes | None:
+    """The array's objects one per line by the standard library, or None if it is not valid JSON."""
+    try:
+        values = json.loads(array.decode("utf-8", errors="replace"), parse_constant=lambda _: None)
+    except (ValueError, RecursionError):
+        return None
+    return "\n".join(json.dumps(value) for value in values).encode()
+
+
+def _sample_types(lines: bytes) -> tuple[dict[str, str], bool]:
+    """Name and kind of every key seen in lines all over the file, and whether all were objects."""
+    kinds: dict[str, str] = {}
+    sound = True
+    for line in _sample(lines):
+        try:
+            value = json.loads(line.decode("utf-8", errors="replace"), parse_constant=lambda _: None)
+        except (ValueError, RecursionError):
+            value = None
+        sound = sound and isinstance(value, dict)
+        if isinstance(value, dict):
+            for name, item in value.items():
+                kinds[name] = _wider(kinds.get(name, "none"), _kind(item))
+    return kinds, sound
+
+
+def _sample(lines: bytes) -> Iterator[bytes]:
+    position = 0
+    for _ in range(SAMPLE):
+        end = lines.find(b"\n", position)
+        yield lines[position : end if end >= 0 else len(lines)]
+        if end < 0:
+            return
+        position = end + 1
+    step = max(1, (len(lines) - position) // SAMPLE)
+    for place in range(position, len(lines), step):
+        start = lines.find(b"\n", place) + 1
+        if start == 0:
+            start = lines.rfind(b"\n") + 1
+        end = lines.find(b"\n", start)
+        yield lines[start : end if end >= 0 else len(lines)]
+
+
+def _kind(value: Any) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "bool"
+    if isinstance(value, int):
+        return "int"
+    if isinstance(value, float):
+        return "float"
+    return "str" if isinstance(value, str) else "container"
+
+
+def _wider(one: str, other: str) -> str:
+    if one == other or other == "none":
+        return one
+    if one == "none":
+        return other
+    return "float" if {one, other} == {"int", "float"} else "str"
+
+
+def _polars_type(kind: str) -> Any:
+    return {"int": pl.Int64, "float": pl.Float64, "bool": pl.Boolean}.get(kind, pl.String)
+
+
+def _text(value: Any) -> str | None:
+    if value is None or isinstance(value, str):
+        return value
+    return json.dumps(value)

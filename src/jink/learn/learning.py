@@ -1,0 +1,209 @@
+"""Rules and networks learned from targets whose truth is known, checked on data held out."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..catalogue import FILTERS, Unfit
+from ..checks import unknown
+from ..compare.entrants import Entrant
+from ..compare.result import Race
+from ..fit.data import SIMULATED_TRUTH, Training
+from ..fit.fitting import starting_filter, training_data
+from ..io.errors import InputError
+from ..io.files import open_table
+from ..scenarios import Scenario
+from .data import Runs, from_tracks
+from .recipes import RECIPES, How, missing_truth
+
+LEARNED, BASE, NAMED = "learned", "unaided", "as shipped"
+METRICS = ("position_rmse", "velocity_rmse")
+FEWEST = 4  # tracks: at least one of them validates
+VALIDATION = 0.25
+NEEDED = {"position": "px=COLUMN (py, pz)", "velocity": "vx=COLUMN (vy, vz)"}
+
+__all__ = ["Learned", "learn"]
+
+
+@dataclass(kw_only=True)
+class Learned:
+    """filter: what was learned, under its recipe's name; race on data held out; what it learned on, in words and for its file."""
+
+    filter: Any
+    name: str
+    race: Race
+    training: str
+    record: dict[str, Any]
+    seconds: float
+    warnings: list[str] = field(default_factory=list)
+
+    def verdicts(self) -> dict[str, str]:
+        """The learned filter against each other one: position and velocity, with paired 95% intervals."""
+        return {
+            name: _against(self.race, name)
+            for name in self.race.tallies
+            if name not in (LEARNED, "clairvoyant")
+        }
+
+    @property
+    def beaten_by(self) -> list[str]:
+        """Filters that the learned one does not beat in position."""
+        return [name for name in self.verdicts() if self.race.compare(LEARNED, name).verdict != "better"]
+
+    def verdict(self) -> str:
+        """One plain sentence."""
+        if not self.beaten_by:
+            return "On held-out data the learned filter is better than all of these."
+        return f"On held-out data the learned filter does not beat {', '.join(self.beaten_by)} in position."
+
+    def save(self, path: str | Path) -> None:
+        """Write the filter with what it was learned on and its figures on held-out data, for ``jink track --filter``."""
+        figures = {m: self.race.figure(LEARNED, m)._asdict() for m in METRICS}
+        self.filter.save(path, fitted={**self.record, "held_out": figures})
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers, as ``--json`` writes them."""
+        return {
+            "training": self.training, "filter": self.name, "verdict": self.verdict(), "verdicts": self.verdicts(),
+            "warnings": self.warnings, "seconds": self.seconds, "held_out": self.race.as_dict(),
+        }  # fmt: skip
+
+
+def learn(
+    name: str,
+    data: str | Scenario | Sequence[str | Scenario],
+    *,
+    truth: str | Mapping[str, str] | None = None,
+    columns: Mapping[str, str] | None = None,
+    kind: str | None = None,
+    runs: int = 200,
+    check_runs: int = 500,
+    seed: int = 0,
+    base: Any = None,
+    **how: Any,
+) -> Learned:
+    """Learn a filter of this kind, one of ``jink.learn.recipes.RECIPES``, on a scenario's training runs or a file with truth.
+
+    truth, columns as for ``jink.fit.fit``; kind of a file's targets; base: the filter to be aided, a name of ``FILTERS``, a file
+    or a filter; how: what :class:`jink.learn.recipes.How` takes. Of the data learned on, a quarter
+    validates. Errors: InputError (a ValueError).
+    """
+    if name not in RECIPES:
+        raise InputError(unknown("learned filter", name, RECIPES))
+    if isinstance(data, str) and truth is None and Path(data).is_file():
+        truth = _simulated_truth(data)
+    training = training_data(
+        data,
+        runs=runs,
+        check_runs=check_runs,
+        seed=seed,
+        kind=kind or "aircraft",
+        columns=columns,
+        truth=truth,
+    )
+    if kind is not None:
+        training = replace(training, purpose=replace(training.purpose, kind=kind))
+    known = _runs(training)
+    if missing := missing_truth(name, known):
+        raise InputError(
+            f"{training.name}: {name} is learned on the true {missing} too; name its columns with truth (--truth {NEEDED[missing]})"
+        )
+    started = None if base is None else starting_filter(base, training, seed)[1]
+    asked = How(**{"acceleration": training.purpose.acceleration, **how}, seed=seed, base=started)
+    learning, validation = _split(known, seed)
+    began = clock.perf_counter()
+    try:
+        filter = RECIPES[name](learning, validation, asked)
+    except (ValueError, TypeError) as error:
+        raise InputError(f"{name}: {error}") from None
+    seconds = clock.perf_counter() - began
+    race = _checked(training, name, filter)
+    learned = Learned(
+        filter=filter, name=name, race=race, training=f"{training.words}, a quarter of them to validate", seconds=seconds,
+        record={"scenario": training.name, "seed": seed, "runs": training.runs, "apart": training.apart, "noise": "the sensor's"},
+    )  # fmt: skip
+    learned.warnings = _warnings(learned, known)
+    return learned
+
+
+def _simulated_truth(path: str) -> str:
+    if SIMULATED_TRUTH["px"] not in open_table(Path(path)).names:
+        raise InputError(
+            f"{path} has no column {SIMULATED_TRUTH['px']!r}; name the columns of its truth (--truth px=COLUMN,py=…), "
+            "or use jink fit, which needs no truth"
+        )
+    return "true"
+
+
+def _runs(training: Training) -> Runs:
+    tracks = training.tracks
+    try:
+        sd = training.purpose.position_sd
+    except Unfit as error:
+        raise InputError(f"{training.name}: {error}; learned filters take measured positions") from None
+    if training.purpose.recorded and tracks.truth is not None:
+        sd = _seen_sd(training)
+    try:
+        return from_tracks(tracks, sd, training.words)
+    except ValueError as error:
+        raise InputError(f"{training.name}: {error}") from None
+
+
+def _seen_sd(training: Training) -> float:
+    """What measurements and truth show, by the median, so that gross errors do not count."""
+    tracks = training.tracks
+    assert tracks.truth is not None
+    places = [(k, "xyz".index(c[1])) for k, c in enumerate(tracks.components) if c[0] == "p"]
+    off = np.stack([tracks.truth[:, k] - tracks.z[:, a] for k, a in places if a < tracks.z.shape[1]])
+    return float(np.nanmedian(np.abs(off)) / 0.6745)
+
+
+def _split(runs: Runs, seed: int) -> tuple[Runs, Runs]:
+    if len(runs) < FEWEST:
+        raise InputError(
+            f"{runs.name}: {len(runs)} tracks with truth; expected at least {FEWEST} to learn from"
+        )
+    order = np.random.default_rng(seed).permutation(len(runs))
+    some = max(1, round(VALIDATION * len(runs)))
+    return runs.take(np.sort(order[some:])), runs.take(np.sort(order[:some]))
+
+
+def _checked(training: Training, name: str, filter: Any) -> Race:
+    entrants = [Entrant(name=LEARNED, words=f"{name}, learned", filter=filter, fitted=training.words)]
+    inner = getattr(filter, "filter_", None)
+    if inner is not None:
+        entrants.append(Entrant(name=BASE, words="the same filter without its aid", filter=inner))
+    try:
+        shipped = FILTERS[name](training.purpose)
+        entrants.append(Entrant(name=NAMED, words=shipped.words, filter=shipped.filter))
+    except (Unfit, KeyError):
+        pass
+    return training.check(entrants)
+
+
+def _against(race: Race, other: str) -> str:
+    said = []
+    for metric in METRICS:
+        c = race.compare(LEARNED, other, metric)
+        if math.isfinite(c.difference):
+            word = {"better": "better", "worse": "worse", "undecided": "no difference"}[c.verdict]
+            unit = "m" if metric == "position_rmse" else "m/s"
+            said.append(f"{metric.removesuffix('_rmse')} {word} ({c.low:+.3g} … {c.high:+.3g} {unit})")
+    return "; ".join(said)
+
+
+def _warnings(learned: Learned, runs: Runs) -> list[str]:
+    said = []
+    rows = int(np.isfinite(runs.position[..., 0]).sum())
+    if len(runs) < 20 or rows < 2000:
+        said.append(f"little data: {len(runs)} tracks, {rows:,} scans with truth")
+    if learned.race.worse_than_raw(LEARNED):
+        said.append("worse than the measurements themselves on held-out data")
+    return said

@@ -1,0 +1,33 @@
+"""What is not the target's: the share of outliers, and how far off they may lie."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..checks import positive
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outliers:
+    """A measurement is the target's with probability 1 − share, else anything within the sensor's extent.
+
+    p(z) = (1 − ε) Σⱼ cⱼ N(z; ẑⱼ, Sⱼ) + ε / V,   V = the product of the extents of the measured components.
+    The log-likelihood is that of this mixture; a row that is likelier an outlier is gated (treated as missing), and after
+    ``restart_after`` gated rows in a row (0: never) the track starts again from the last of them. ``extent`` (m) holds for
+    positions and ranges, or is one number per component; angles have 2π, velocities ``velocity_extent`` (m/s).
+    """
+
+    share: float = 0.01
+    extent: float | Sequence[float] = 1e5
+    velocity_extent: float = 1e3
+    restart_after: int = 2
+
+    def __post_init__(self) -> None:
+        if not 0 < positive("Outliers.share", self.share) < 1:
+            raise ValueError(f"Outliers.share: expected a probability below 1, got {self.share:g}")
+        for extent in self.extent if isinstance(self.extent, Sequence) else [self.extent]:
+            positive("Outliers.extent", extent)
+        positive("Outliers.velocity_extent", self.velocity_extent)
+        if int(self.restart_after) != self.restart_after or self.restart_after < 0:
+            raise ValueError(
+                f"Outliers.restart_after: expected a whole number of rows, got {self.restart_after!r}"
+            )

@@ -1,0 +1,281 @@
+"""Sensors: what is measured, and how uncertain that is.
+
+``sd`` are standard deviations, ``covariance`` a full matrix; either may be overridden row by row when filtering. A sensor of
+your own is any object with ``rows`` (components), ``axes``, ``h(x)`` (vectorised over tracks), ``R`` and optionally
+``jacobian(x)`` and ``residual(z, h)``; see :mod:`jink.stepwise`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import log, pi
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import PerAxis, covariance, exactly_one, packed, per_axis, positive
+from .outliers import Outliers
+
+# kind, axes, rows, vertical, range rate, from north, correlated, converted, site, noise, log extent: what the engine takes
+NativeSensor = tuple[int, int, int, int, bool, bool, bool, bool, list[float], list[float], list[float]]
+
+
+def _axes(axes: int) -> int:
+    if axes not in (1, 2, 3):
+        raise ValueError(f"axes: expected 1, 2 or 3, got {axes!r}")
+    return axes
+
+
+def _noise(sd: list[float] | None, matrix: ArrayLike | None, rows: int) -> tuple[bool, list[float]]:
+    """(correlated, variances or packed covariance)"""
+    if sd is not None:
+        return False, [s * s for s in sd]
+    full = covariance("covariance", matrix if matrix is not None else [], rows)
+    if np.count_nonzero(full - np.diag(np.diag(full))) == 0:
+        return False, [float(v) for v in np.diag(full)]
+    return True, packed(full)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Position:
+    """Cartesian position, z = p + v, v ~ N(0, R); sd (m; one, or one per axis) or covariance (axes by axes).
+
+    Errors: ValueError unless exactly one of sd and covariance is given.
+    """
+
+    sd: PerAxis | None = None
+    covariance: ArrayLike | None = None
+    axes: int = 2
+
+    def __post_init__(self) -> None:
+        _axes(self.axes)
+        exactly_one("Position", sd=self.sd, covariance=self.covariance)
+        self.native()
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the columns of z."""
+        return tuple("xyz"[: self.axes])
+
+    def native(self, outliers: Outliers | None = None) -> NativeSensor:
+        """What the engine runs."""
+        sd = None if self.sd is None else per_axis("sd", self.sd, self.axes)
+        correlated, noise = _noise(sd, self.covariance, self.axes)
+        extent = _extents(outliers, "p" * self.axes)
+        return 0, self.axes, self.axes, 0, False, True, correlated, False, [0.0] * 3, noise, extent
+
+
+@dataclass(frozen=True, kw_only=True)
+class PositionVelocity:
+    """Cartesian position and velocity (ADS-B, GPS), z = [p…, v…] + noise; sd (m), velocity_sd (m/s), or covariance.
+
+    For AIS speed and course see :meth:`from_speed_course`. Where the velocity is missing it updates with the position alone.
+    """
+
+    sd: PerAxis | None = None
+    velocity_sd: PerAxis | None = None
+    covariance: ArrayLike | None = None
+    axes: int = 2
+
+    def __post_init__(self) -> None:
+        _axes(self.axes)
+        exactly_one("PositionVelocity", sd=self.sd, covariance=self.covariance)
+        if (self.sd is None) != (self.velocity_sd is None):
+            raise ValueError("PositionVelocity: sd and velocity_sd go together")
+        self.native()
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the columns of z."""
+        return (*tuple("xyz"[: self.axes]), *(f"v{a}" for a in "xyz"[: self.axes]))
+
+    def native(self, outliers: Outliers | None = None) -> NativeSensor:
+        """What the engine runs."""
+        sd = None
+        if self.sd is not None and self.velocity_sd is not None:
+            sd = per_axis("sd", self.sd, self.axes) + per_axis("velocity_sd", self.velocity_sd, self.axes)
+        correlated, noise = _noise(sd, self.covariance, 2 * self.axes)
+        extent = _extents(outliers, "p" * self.axes + "v" * self.axes)
+        return 1, self.axes, 2 * self.axes, 0, False, True, correlated, False, [0.0] * 3, noise, extent
+
+    @staticmethod
+    def from_speed_course(
+        position: ArrayLike,
+        speed: ArrayLike,
+        course: ArrayLike,
+        *,
+        sd: float,
+        speed_sd: float,
+        course_sd: float,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """z (N, 4) and covariance (N, 4, 4) from positions (N, 2), speeds (m/s) and courses (rad clockwise from +y).
+
+        The velocity's covariance is that of (speed, course) turned along and across the course:
+        along speed_sd², across (speed · course_sd)² + a floor of speed_sd² · course_sd².
+        """
+        p = np.asarray(position, dtype=float)
+        s, c = np.asarray(speed, dtype=float), np.asarray(course, dtype=float)
+        along = np.stack([np.sin(c), np.cos(c)], axis=-1)
+        across = np.stack([np.cos(c), -np.sin(c)], axis=-1)
+        R = np.zeros((len(p), 4, 4))
+        R[:, 0, 0] = R[:, 1, 1] = positive("sd", sd) ** 2
+        lateral = (s * s + speed_sd**2) * positive("course_sd", course_sd) ** 2 + 1e-12
+        R[:, 2:, 2:] = positive("speed_sd", speed_sd) ** 2 * along[:, :, None] * along[:, None, :]
+        R[:, 2:, 2:] += lateral[:, None, None] * across[:, :, None] * across[:, None, :]
+        missing = ~np.isfinite(s * c)
+        R[missing, 2:, 2:] = np.eye(2)
+        return np.concatenate([p, s[:, None] * along], axis=1), R
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """Azimuth (rad) of the target from a site: clockwise from +y (north), or with reference="east" counter-clockwise from +x.
+
+    A bearing alone starts no track: give ``initial=jink.Prior(...)`` or a second sensor.
+    """
+
+    sd: float
+    site: Sequence[float] = (0.0, 0.0)
+    axes: int = 2
+    reference: Literal["north", "east"] = "north"
+
+    def __post_init__(self) -> None:
+        self.native()
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the columns of z."""
+        return ("azimuth",)
+
+    def native(self, outliers: Outliers | None = None) -> NativeSensor:
+        """What the engine runs."""
+        noise = [positive("sd", self.sd) ** 2]
+        north = _reference(self.reference)
+        axes = _plane("Bearing", self.axes)
+        return 2, axes, 1, 0, False, north, False, False, _site(self.site), noise, _extents(outliers, "a")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Polar:
+    """Radar: range (m), azimuth (rad), optionally elevation (rad) or height (m), optionally range rate (m/s), from a site.
+
+    Columns of z in that order. Azimuth is clockwise from +y (north), or with reference="east" counter-clockwise from +x.
+    With a height the range is a slant range. method="ekf" linearises at the prediction (or ``linearisation="ukf"`` of the
+    filter); method="converted" turns each measurement into an unbiased Cartesian one with its own covariance
+    (Longbin, Xiaoquan, Yizu, Kang & Bar-Shalom, IEEE Trans. AES-34(3), 1998), without the range rate.
+    """
+
+    range_sd: float
+    azimuth_sd: float
+    elevation_sd: float | None = None
+    height_sd: float | None = None
+    range_rate_sd: float | None = None
+    site: Sequence[float] = (0.0, 0.0, 0.0)
+    axes: int | None = None
+    method: Literal["ekf", "converted"] = "ekf"
+    reference: Literal["north", "east"] = "north"
+
+    def __post_init__(self) -> None:
+        if self.elevation_sd is not None and self.height_sd is not None:
+            raise ValueError("Polar: give elevation_sd or height_sd, not both")
+        spatial = self.elevation_sd is not None or self.height_sd is not None
+        if self.axes is None:
+            object.__setattr__(self, "axes", 3 if spatial else 2)
+        if self.axes == 2 and spatial:
+            raise ValueError(
+                "Polar: axes=2 has no vertical for elevation_sd or height_sd to measure; expected axes=3"
+            )
+        if self.method not in ("ekf", "converted"):
+            raise ValueError(f"method: expected 'ekf' or 'converted', got {self.method!r}")
+        if self.method == "converted" and self.range_rate_sd is not None:
+            raise ValueError("Polar: method='converted' has no range rate; expected method='ekf'")
+        if self.method == "converted" and self.axes == 3 and not spatial:
+            raise ValueError("Polar: method='converted' in 3 axes needs elevation_sd or height_sd")
+        self.native()
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the columns of z."""
+        names = ["range", "azimuth"]
+        names += (
+            ["elevation"]
+            if self.elevation_sd is not None
+            else ["height"]
+            if self.height_sd is not None
+            else []
+        )
+        return (*names, "range_rate") if self.range_rate_sd is not None else tuple(names)
+
+    def native(self, outliers: Outliers | None = None) -> NativeSensor:
+        """What the engine runs."""
+        sds = {"range": self.range_sd, "azimuth": self.azimuth_sd, "elevation": self.elevation_sd}
+        sds |= {"height": self.height_sd, "range_rate": self.range_rate_sd}
+        noise = [positive(f"{name}_sd", sds[name] or 0.0) ** 2 for name in self.components]
+        vertical = 1 if self.elevation_sd is not None else 2 if self.height_sd is not None else 0
+        kinds = {"range": "p", "height": "p", "azimuth": "a", "elevation": "a", "range_rate": "v"}
+        converted = self.method == "converted"
+        axes = _plane("Polar", self.axes or 2)
+        extent = _extents(outliers, "p" * axes if converted else "".join(kinds[c] for c in self.components))
+        doppler = self.range_rate_sd is not None
+        north = _reference(self.reference)
+        return (
+            3,
+            axes,
+            len(noise),
+            vertical,
+            doppler,
+            north,
+            False,
+            converted,
+            _site(self.site),
+            noise,
+            extent,
+        )
+
+
+def _reference(reference: str) -> bool:
+    if reference not in ("north", "east"):
+        raise ValueError(f"reference: expected 'north' or 'east', got {reference!r}")
+    return reference == "north"
+
+
+def _plane(owner: str, axes: int) -> int:
+    if axes not in (2, 3):
+        raise ValueError(f"{owner}: axes: expected 2 or 3, got {axes!r}")
+    return axes
+
+
+def _site(site: Sequence[float]) -> list[float]:
+    values = [float(v) for v in site]
+    if len(values) not in (2, 3) or not np.all(np.isfinite(values)):
+        raise ValueError(f"site: expected 2 or 3 coordinates in metres, got {site!r}")
+    return values + [0.0] * (3 - len(values))
+
+
+def _extents(outliers: Outliers | None, kinds: str) -> list[float]:
+    """Logarithm of each component's uniform extent; kinds p position, v velocity, a angle."""
+    if outliers is None:
+        return [0.0] * len(kinds)
+    if isinstance(outliers.extent, Sequence):
+        if len(outliers.extent) != len(kinds):
+            raise ValueError(
+                f"Outliers.extent: expected one number or {len(kinds)} of them, got {len(outliers.extent)}"
+            )
+        return [log(positive("Outliers.extent", e)) for e in outliers.extent]
+    each = {"p": log(outliers.extent), "v": log(outliers.velocity_extent), "a": log(2 * pi)}
+    return [each[kind] for kind in kinds]
+
+
+class OwnSensor(Protocol):
+    """A sensor of the user's own, at the least; more in :mod:`jink.stepwise`."""
+
+    R: Any
+
+    def h(self, x: Any) -> Any:
+        """What is measured of the states x (B, n), (B, m)."""
+        ...
+
+
+Sensor = Position | PositionVelocity | Bearing | Polar
+
+SENSORS: dict[str, type] = {s.__name__: s for s in (Position, PositionVelocity, Bearing, Polar)}

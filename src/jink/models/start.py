@@ -1,0 +1,37 @@
+"""How a track starts: from two points, from one, or from a given estimate."""
+
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwoPoint:
+    """Start by two-point differencing: v = (z₂ − z₁)/T, P = [R, R/T; R/T, 2R/T²] per axis.
+
+    Until the second point the velocity is zero with ``velocity_sd`` (m/s). The likelihood counts from the third point.
+    Source: Bar-Shalom, Li & Kirubarajan 2001, §5.5.3.
+    """
+
+    velocity_sd: float = 1000.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnePoint:
+    """Start from one point: velocity zero with ``velocity_sd`` (m/s). The likelihood counts from the second point."""
+
+    velocity_sd: float
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """A given start: mean x (n,) or (B, n) and covariance P (n, n) or (B, n, n) at each track's first row, before its update.
+
+    Components are those of the filter's estimates, ``filter.components``.
+    """
+
+    x: ArrayLike
+    P: ArrayLike
+
+
+Initial = TwoPoint | OnePoint | Prior

@@ -1,0 +1,115 @@
+"""The summary for people: one line per question that someone asks after a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ..tracking.summary import CLEANED
+
+
+def show(summary: dict[str, Any]) -> None:
+    """Print the summary on standard output, in colour where the terminal has it."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for name, text in lines(summary):
+        table.add_row(name, Text(text))
+    Console(highlight=False).print(table)
+
+
+def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Name and text of every line; names that repeat are left empty."""
+    rejected = sum(summary["rejected"].values())
+    yield "Rows", f"{summary['rows']:,} read, {summary['accepted']:,} in tracks, {rejected:,} rejected"
+    yield from _listed("Rejected", [f"{count:,}  {reason}" for reason, count in summary["rejected"].items()])
+    parts = _plural(summary["parts"], "part")
+    yield (
+        "Targets",
+        f"{summary['targets']:,} in {parts} (a new part after {summary['gap_seconds']:g} s without position)",
+    )
+    yield "Time", _times(summary["start"], summary["end"])
+    yield (
+        "Columns",
+        ", ".join(f"{role} = {name}" if role != name else role for role, name in summary["columns"].items()),
+    )
+    done = [
+        f"{count:,}  {CLEANED[name]}"
+        for name, count in summary["cleaning"].items()
+        if count and "rejected" not in CLEANED[name]
+    ]
+    yield from _listed("Cleaning", done or ["nothing to do"])
+    yield from _listed("Noise", list(_noise(summary["noise"])))
+    how = "smoothed" if summary["smoothed"] else "filtered"
+    yield from _listed(
+        "Filter",
+        [f"{text}, {how}, for {summary['kind']}, {axes}" for axes, text in summary["filter"].items()],
+    )
+    yield "Status", ", ".join(f"{count:,} {status}" for status, count in summary["status"].items())
+    if summary["consistency"]:
+        share, mean = summary["consistency"]["inside_95"], summary["consistency"]["mean_per_dimension"]
+        yield (
+            "NIS",
+            f"{100 * share:.1f} % inside the 95 % band, mean per dimension {mean:.2f} "
+            "(1: consistent, of a mixture only roughly)",
+        )
+    yield from _listed("Note", summary["notes"])
+    yield from _listed(
+        "Written", [f"{path} ({_size(Path(path).stat().st_size)})" for path in summary.get("written", [])]
+    )
+    yield "Took", f"{summary['seconds']:.1f} s"
+
+
+def _noise(sources: list[dict[str, Any]]) -> Iterator[str]:
+    """The first few sources; how a figure was come by and its range over the targets are said with it."""
+    for line in sources[:3]:
+        pieces = [_figure(line, name) for name in ("position", "altitude", "range", "azimuth", "elevation")]
+        if line.get("time_sd"):
+            pieces.insert(1, f"time stamps {line['time_sd']:.2g} s")
+        where = f"{Path(line['source']).name}: " if len(sources) > 1 else ""
+        yield where + ", ".join(filter(None, pieces))
+    if len(sources) > 3:
+        yield f"and {len(sources) - 3} more sources (--json lists them)"
+
+
+def _figure(line: dict[str, Any], name: str) -> str:
+    if f"{name}_sd" not in line:
+        return ""
+    unit, factor = ("mrad", 1000.0) if name in ("azimuth", "elevation") else ("m", 1.0)
+    origin = line[f"{name}_sd_from"]
+    if f"{name}_sd_range" in line and origin == "estimated":
+        low, high = (f"{factor * value:.2g}" for value in line[f"{name}_sd_range"])
+        origin += f"; {low} to {high} {unit} by target"
+    stated = line.get(f"{name}_sd_stated_rows")
+    origin += f"; as ADS-B states in {stated:,} rows" if stated else ""
+    return f"{name} {factor * line[f'{name}_sd']:.2g} {unit} ({origin})"
+
+
+def _times(start: Any, end: Any) -> str:
+    """Both ends as a reader would write them: the date once if it is the same."""
+    if not isinstance(start, str):
+        return f"{start:g} to {end:g} s"
+    first, last = (text.replace("T", " ").replace(".000", "").removesuffix("+00:00") for text in (start, end))
+    return f"{first} to {last[11:] if last[:10] == first[:10] else last} UTC"
+
+
+def _listed(name: str, texts: list[str]) -> Iterator[tuple[str, str]]:
+    for number, text in enumerate(texts):
+        yield name if number == 0 else "", text
+
+
+def _plural(count: int, noun: str) -> str:
+    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
+
+
+def _size(count: float) -> str:
+    for unit in ("B", "kB", "MB"):
+        if count < 1000.0:
+            return f"{count:.3g} {unit}"
+        count /= 1000.0
+    return f"{count:.3g} GB"

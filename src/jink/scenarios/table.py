@@ -1,0 +1,60 @@
+"""Simulated measurements and truth as one table: what `jink simulate` writes and `jink track` reads."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from . import Simulation
+
+# how components of z are called in the table, with the factor from SI units
+COLUMNS = {
+    "x": ("x", 1.0), "y": ("y", 1.0), "z": ("z", 1.0), "vx": ("velocity_x", 1.0), "vy": ("velocity_y", 1.0),
+    "vz": ("velocity_z", 1.0), "range": ("range", 1.0), "azimuth": ("azimuth_deg", 180.0 / np.pi),
+    "elevation": ("elevation_deg", 180.0 / np.pi), "height": ("altitude_m", 1.0),
+    "range_rate": ("range_rate", 1.0),
+}  # fmt: skip
+QUANTITIES = ("true", "true_velocity", "true_acceleration")
+
+
+def simulation_table(simulation: Simulation) -> Any:
+    """A polars DataFrame with one row per scan.
+
+    target ("run 0"), run, scan (from 1), time (s); the measurement's components (m, degrees, m/s), null where
+    missed; site_x, … of a radar that is not at the origin;
+    true_x, true_velocity_x, true_acceleration_x, … per axis; input_x, … and input_turn_rate where
+    something is commanded.
+    """
+    import polars as pl
+
+    B, S, _ = simulation.z.shape
+    runs = np.repeat(simulation.runs, S)
+    columns: dict[str, Any] = {
+        "target": pl.Series(simulation.runs, dtype=pl.Int64)
+        .cast(pl.String)
+        .gather(np.repeat(np.arange(B), S)),
+        "run": runs,
+        "scan": np.tile(np.arange(1, S + 1, dtype=np.int32), B),
+        "time": simulation.time.reshape(-1),
+    }
+    for column, name in enumerate(simulation.scenario.observation.components):
+        label, factor = COLUMNS[name]
+        columns[label] = pl.Series(simulation.z[..., column].reshape(-1) * factor).fill_nan(None)
+    site = getattr(simulation.scenario.observation.sensor, "site", ())
+    if any(site):
+        columns |= {f"site_{axis}": np.full(B * S, float(p)) for p, axis in zip(site, "xyz", strict=False)}
+    for quantity, values in zip(QUANTITIES, simulation.truth, strict=True):
+        columns |= {f"{quantity}_{axis}": values[..., a].reshape(-1) for a, axis in _axes(values)}
+    if simulation.input is not None and simulation.turn_rate is not None:
+        columns |= {
+            f"input_{axis}": simulation.input[..., a].reshape(-1) for a, axis in _axes(simulation.input)
+        }
+        if np.any(simulation.turn_rate):
+            columns["input_turn_rate"] = simulation.turn_rate.reshape(-1)
+    return pl.DataFrame(columns)
+
+
+def _axes(values: np.ndarray) -> list[tuple[int, str]]:
+    return list(enumerate("xyz"[: values.shape[-1]]))

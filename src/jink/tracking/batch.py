@@ -1,0 +1,243 @@
+"""The main job: positions in, tracks with velocity, acceleration, turn rate and manoeuvre probability out."""
+
+from __future__ import annotations
+
+import time as clock
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from ..catalogue.choose import axes_of, choose_filter
+from ..io.errors import InputError
+from ..io.geodesy import SiteFrame
+from ..io.loading import Loaded, Reading, load_files, load_frame
+from ..io.rejected import together
+from .cleaning import Cleaning, clean
+from .noise_level import noise_levels, parse_sensor_sd
+from .output import tracks_table
+from .placing import Placed, begin_with_height, place
+from .summary import reasons, summarise
+
+KINDS = ("aircraft", "fighter", "vessel", "vehicle", "drone", "person")
+# seconds without a position after which a track begins anew, by kind; never less than ten usual steps
+GAP = {
+    "aircraft": 300.0,
+    "fighter": 120.0,
+    "vessel": 1800.0,
+    "vehicle": 300.0,
+    "drone": 60.0,
+    "person": 300.0,
+}
+CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
+
+Progress = Callable[[str, int, int], None]
+
+
+class Tracked(NamedTuple):
+    """Tracks, the rows that are in none of them, and what was done and found."""
+
+    tracks: Any
+    rejected: Any
+    summary: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Everything that `track` can be told, checked."""
+
+    filter: Any = None
+    kind: str = "aircraft"
+    smooth: bool = False
+    sensor_sd: dict[str, float] = field(default_factory=dict)
+    site: SiteFrame | None = None
+    gap: float | None = None
+    min_points: int = 4
+    sort: bool = True
+    drop_duplicates: bool = True
+    drop_stale: bool = True
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise InputError(f"kind is {self.kind!r}; expected one of {', '.join(KINDS)}")
+        if self.gap is not None and not self.gap >= 0:
+            raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
+        if self.threads is not None and self.threads < 1:
+            raise InputError(f"threads is {self.threads}; expected 1 or more")
+        if self.min_points < 1:
+            raise InputError(f"min_points is {self.min_points}; expected 1 or more")
+
+
+def track(
+    data: Any,
+    *,
+    filter: Any = None,
+    kind: str = "aircraft",
+    smooth: bool = False,
+    columns: Mapping[str, str] | None = None,
+    sensor_sd: float | str | Mapping[str, float] | None = None,
+    site: tuple[float, ...] | None = None,
+    gap: float | None = None,
+    min_points: int = 4,
+    sort: bool = True,
+    drop_duplicates: bool = True,
+    drop_stale: bool = True,
+    check_coordinates: bool = True,
+    altitude_unit: str | None = None,
+    time_unit: str | None = None,
+    threads: int | None = None,
+    details: bool = False,
+) -> Any:
+    """Track every target in a DataFrame (the same kind comes back), a file, a pattern or several files.
+
+    One row per accepted input row comes back (`row` is its place in the input): position, velocity,
+    acceleration, speed, course, climb_rate, turn_rate in SI units and radians, each with its sd; a
+    probability per mode, `manoeuvring`, `segment`, `status`. Rows that are in no track are counted in a
+    warning; with `details=True` the result is `Tracked(tracks, rejected, summary)` instead.
+
+    Missing is null: the course of a target at rest, the turn rate where speed is not two sds from zero.
+
+    columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component
+    (`{"range": 50, "azimuth_deg": 0.1}`); None: from ADS-B accuracy columns or estimated. site: latitude,
+    longitude and altitude of a radar. gap: seconds without a position that begin a new part (0: never).
+    Raises InputError (a ValueError).
+    """
+    settings = Settings(
+        filter=filter,
+        kind=kind,
+        smooth=smooth,
+        sensor_sd=parse_sensor_sd(sensor_sd),
+        site=SiteFrame(*site) if site is not None else None,
+        gap=gap,
+        min_points=min_points,
+        sort=sort,
+        drop_duplicates=drop_duplicates,
+        drop_stale=drop_stale,
+        threads=threads,
+    )
+    reading = Reading(columns, altitude_unit, time_unit, check_coordinates)
+    tracked, back = _from_data(data, reading, settings)
+    if details:
+        return Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
+    if tracked.rejected.height:
+        why = ", ".join(f"{reason}: {n}" for reason, n in tracked.summary["rejected"].items())
+        count = f"{tracked.rejected.height} of {tracked.summary['rows']} rows"
+        warnings.warn(f"{count} are in no track ({why}); details=True returns them", stacklevel=2)
+    return back(tracked.tracks)
+
+
+def _from_data(
+    data: Any, reading: Reading, settings: Settings
+) -> tuple[Tracked, Callable[[pl.DataFrame], Any]]:
+    """Tracks of files or of a DataFrame, and what turns them into the kind that was given."""
+    if isinstance(data, str | Path):
+        data = [data]
+    if isinstance(data, Sequence) and data and all(isinstance(item, str | Path) for item in data):
+        return run(load_files(data, reading), settings), lambda frame: frame
+    from ..io.frames import from_any, to_same
+
+    tracked = run(load_frame(from_any(data), reading), settings)
+    tracked = Tracked(tracked.tracks.drop("file"), tracked.rejected.drop("file"), tracked.summary)
+    return tracked, lambda frame: to_same(frame, data)
+
+
+def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) -> Tracked:
+    """Clean, place, filter; the summary says what was done. Raises InputError when no track is left."""
+    began = clock.perf_counter()
+    measurements = loaded.measurements
+    step = usual_step(measurements.rows)
+    usual = usual_gap(step, settings.kind)
+    gap = settings.gap if settings.gap is not None else usual
+    how = Cleaning(gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale)
+    cleaned = clean(measurements.rows, measurements.position, how)
+    measurements.rows = measurements.rows.clear()
+    rejected = together(measurements.rejected + cleaned.rejected)
+    if not cleaned.rows.height:
+        raise InputError(_nothing_left(loaded, rejected))
+    site = None if measurements.position == "geographic" else settings.site
+    groups = place(
+        cleaned.rows, measurements.position, site, axes_of(settings.filter), "source" in measurements.named
+    )
+    levels = [noise_levels(group, settings.sensor_sd, settings.kind) for group in groups]
+    tables, used = [], {}
+    done = 0
+    for group, level in zip(groups, levels, strict=True):
+        chosen = choose_filter(
+            group.components, level.typical, settings.kind, settings.filter, max(gap, usual), step or 1.0
+        )
+        if settings.smooth and getattr(chosen, "not_smoothed", ""):
+            raise InputError(f"smooth: {type(chosen).__name__} cannot be smoothed: {chosen.not_smoothed}")
+        used[f"{group.axes} axes"] = chosen
+        covariance = None
+        # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
+        if chosen is not settings.filter or getattr(chosen, "fitted", {}).get("noise") == "of each row":
+            begin_with_height(group, level.covariance)
+            covariance = None if level.uniform else level.covariance
+        elif settings.sensor_sd:
+            covariance = level.covariance
+        for table in _chunks(group, covariance, chosen, settings, measurements.absolute):
+            tables.append(table)
+            done += table.height
+            if progress:
+                progress("smoothing" if settings.smooth else "filtering", done, cleaned.rows.height)
+    tracks = pl.concat(tables, how="diagonal")
+    if len(groups) > 1:
+        tracks = tracks.sort("target", "time", maintain_order=True)
+    summary = summarise(loaded, cleaned, rejected, groups, levels, used, tracks)
+    summary |= {"kind": settings.kind, "smoothed": settings.smooth, "gap_seconds": gap}
+    return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
+
+
+def _nothing_left(loaded: Loaded, rejected: pl.DataFrame) -> str:
+    lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in reasons(rejected))
+    return f"no track is left of {loaded.count:,} rows; they were rejected because:\n{lines}"
+
+
+def usual_gap(step: float, kind: str) -> float:
+    """The kind's gap, or ten times the usual step where positions are rarer than that."""
+    return max(GAP[kind], 10.0 * step)
+
+
+def usual_step(rows: pl.DataFrame) -> float:
+    """The median time between two positions of a target (s), those at the same time left out; 0 where there are none."""
+    step = np.diff(rows["time"].to_numpy())[
+        (rows["target"] == rows["target"].shift(1)).fill_null(False).to_numpy()[1:]
+    ]
+    step = step[step > 0]
+    return float(np.median(step)) if step.size else 0.0
+
+
+def _chunks(
+    group: Placed, covariance: np.ndarray | None, chosen: Any, settings: Settings, absolute: bool
+) -> Iterator[pl.DataFrame]:
+    """Tables of whole parts, some ten thousand rows each; one is made while the next is filtered."""
+    offsets = group.offsets
+    verb = chosen.smooth if settings.smooth else chosen.filter
+    begin = 0
+    waiting: Future[pl.DataFrame] | None = None
+    with ThreadPoolExecutor(1) as worker:
+        while begin < offsets.size - 1:
+            end = int(np.searchsorted(offsets, offsets[begin] + CHUNK))
+            end = min(max(end, begin + 1), offsets.size - 1)
+            rows = slice(int(offsets[begin]), int(offsets[end]))
+            some = group.some(rows)
+            estimate = verb(
+                some.time,
+                some.z,
+                offsets=offsets[begin : end + 1] - offsets[begin],
+                covariance=None if covariance is None else covariance[rows],
+                threads=settings.threads,
+                outputs=("x", "P", "mode_probability", "nis", "nis_dof", "status"),
+            )
+            if waiting:
+                yield waiting.result()
+            waiting = worker.submit(tracks_table, some, estimate, absolute)
+            begin = end
+        if waiting:
+            yield waiting.result()

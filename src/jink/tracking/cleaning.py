@@ -1,0 +1,229 @@
+"""From measurements in any order to track parts; every step is counted and can be left out.
+
+Impossible jumps are not cleaned here: what is impossible depends on the target, and the filter's gate knows
+its state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import polars as pl
+
+from ..io.measurements import DIMENSIONS
+
+STALE_SPEED = (
+    0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
+)
+STALE_SPEED_AT_END = 5.0  # m/s: the same at the end of a track, where no next position tells
+EARTH_RADIUS = 6_371_000.0
+
+
+@dataclass(frozen=True)
+class Cleaning:
+    """Which steps are done: `gap` in seconds (0: never a new part), `min_points` positions per part."""
+
+    gap: float = 300.0
+    min_points: int = 4
+    sort: bool = True
+    drop_duplicates: bool = True
+    drop_stale: bool = True
+
+
+@dataclass
+class Cleaned:
+    """Rows by target, part and time with the columns `part` and `measured`, and what was done."""
+
+    rows: pl.DataFrame
+    rejected: list[pl.DataFrame] = field(default_factory=list)
+    counts: dict[str, int] = field(default_factory=dict)
+
+    def drop(self, bad: np.ndarray, reason: str) -> None:
+        """Move the rows marked `bad` to the rejected ones."""
+        if bad.any():
+            mask = pl.Series(bad)
+            self.rejected.append(
+                self.rows.select("file", "row", "target").filter(mask).with_columns(reason=pl.lit(reason))
+            )
+            self.rows = self.rows.filter(~mask)
+
+
+def clean(rows: pl.DataFrame, position: str, how: Cleaning) -> Cleaned:
+    """Sort, drop duplicates, blank stale positions, split at gaps, drop what is too short, in this order."""
+    state = Cleaned(rows)
+    _order(state, how.sort)
+    state.rows = state.rows.with_columns(measured=measured_rows(state.rows, position))
+    state.counts["duplicate_times"] = _duplicates(state, position) if how.drop_duplicates else 0
+    state.counts["stale_positions"] = _stale(state, position) if how.drop_stale else 0
+    _parts(state, how.gap if how.gap > 0 else np.inf)
+    _short(state, how.min_points)
+    return state
+
+
+def changes(*columns: pl.Series) -> np.ndarray:
+    """Where any of the columns differs from the row before; the first row counts as different."""
+    if not len(columns[0]):
+        return np.zeros(0, bool)
+    different = np.zeros(len(columns[0]), bool)
+    for column in columns:
+        different |= column.ne_missing(column.shift(1)).to_numpy()
+    different[0] = True
+    return different
+
+
+def _order(state: Cleaned, sort: bool) -> None:
+    """By target and time; rows earlier than one before them are counted, or rejected if not to be sorted."""
+    rows = state.rows
+    new = changes(rows["target"])
+    backwards = ~new & np.r_[False, np.diff(rows["time"].to_numpy()) < 0] if rows.height else new
+    if backwards.any() or int(new.sum()) != rows["target"].n_unique():
+        backwards = rows.select((pl.col("time") < pl.col("time").cum_max().over("target")).alias("b"))[
+            "b"
+        ].to_numpy()
+    state.counts["unsorted"] = int(backwards.sum()) if sort else 0
+    if not sort:
+        state.counts["out_of_order"] = int(backwards.sum())
+        state.drop(backwards, "time runs backwards")
+    state.rows = state.rows.sort("target", "time", maintain_order=True)
+
+
+def measured_rows(rows: pl.DataFrame, position: str) -> pl.Series:
+    """Rows that hold a position: both of latitude and longitude, any component of the others."""
+    known = [rows[name].is_finite() for name in DIMENSIONS[position] if name in rows.columns]
+    if position == "geographic":
+        return (known[0] & known[1]).alias("measured")
+    some = known[0]
+    for component in known[1:]:
+        some = some | component
+    return some.alias("measured")
+
+
+def _duplicates(state: Cleaned, position: str) -> int:
+    """Second reports of one instant, unless of another sensor that measured something else."""
+    rows = state.rows
+    if not (~changes(rows["target"], rows["time"])).any():
+        return 0
+    names = [name for name in DIMENSIONS[position] if name in rows.columns]
+    ranked = rows.with_row_index("place").sort("target", "time", pl.col("measured").not_(), "place")
+    first = ranked.select(
+        pl.struct("target", "time").is_first_distinct()
+        | (
+            pl.col("measured")
+            & pl.struct("target", "time", "source").is_first_distinct()
+            & pl.struct("target", "time", *names).is_first_distinct()
+        )
+    ).to_series()
+    bad = np.zeros(rows.height, bool)
+    bad[ranked["place"].to_numpy()] = ~first.to_numpy()
+    state.drop(bad, "time occurs twice")
+    return int(bad.sum())
+
+
+def _stale(state: Cleaned, position: str) -> int:
+    """Positions repeated while the target moves are old ones filled forward: they become misses.
+
+    What tells rest from staleness is the distance to the next different position over the time between; at
+    the end of a track the speed before and the reported one, which elsewhere is often filled forward itself.
+    """
+    rows = state.rows
+    several = rows["source"].n_unique() > 1
+    order = (
+        rows.with_row_index("place").sort("target", "source", "time")["place"].to_numpy()
+        if several
+        else np.arange(rows.height)
+    )
+    order = order[rows["measured"].to_numpy()[order]]
+    held = rows[order] if several or order.size < rows.height else rows
+    names = [name for name in DIMENSIONS[position][:2] if name in rows.columns]
+    track = changes(held["target"], held["source"])
+    start = track | changes(*[held[name] for name in names])
+    starts = np.flatnonzero(start)
+    if starts.size == held.height:
+        return 0
+    run = np.cumsum(start) - 1
+    distance = _distances(held[starts], position, names)
+    time = held["time"].to_numpy()
+    elapsed = time[starts[1:]] - time[starts[:-1]]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pace = np.where(track[starts[1:]], np.nan, distance / elapsed)  # from run k to run k+1
+    onward, inward = np.r_[pace, np.nan], np.r_[np.nan, pace]
+    at_end = np.isnan(onward)
+    moving = np.where(at_end, np.nan_to_num(inward) > STALE_SPEED_AT_END, onward > STALE_SPEED)
+    resting = at_end[run] & (held["speed"].to_numpy() <= STALE_SPEED)
+    stale = ~start & moving[run] & ~resting
+    bad = np.zeros(rows.height, bool)
+    bad[order[stale]] = True
+    missing = pl.Series(bad)
+    blanked = [name for name in DIMENSIONS[position] if name in rows.columns]
+    state.rows = rows.with_columns(
+        pl.col("measured") & ~missing,
+        *[pl.when(missing).then(float("nan")).otherwise(pl.col(name)).alias(name) for name in blanked],
+    )
+    return int(bad.sum())
+
+
+def _distances(places: pl.DataFrame, position: str, names: list[str]) -> np.ndarray:
+    """Metres between consecutive positions, roughly: only to tell rest from motion."""
+    first, second = (places[name].to_numpy() for name in names)
+    if position == "geographic":
+        north = np.radians(np.diff(first)) * EARTH_RADIUS
+        wrapped = (np.diff(second) + 180.0) % 360.0 - 180.0
+        east = np.radians(wrapped) * EARTH_RADIUS * np.cos(np.radians(first[1:]))
+        return np.hypot(north, east)
+    if position == "polar":
+        return np.abs(np.diff(first * np.exp(1j * second)))
+    return np.hypot(np.diff(first), np.diff(second))
+
+
+def _parts(state: Cleaned, gap: float) -> None:
+    """A new part where no position came for longer than `gap`; rows far from any are dropped."""
+    rows = state.rows
+    time = rows["time"].to_numpy()
+    measured = rows["measured"].to_numpy()
+    new_target = changes(rows["target"])
+    first = np.maximum.accumulate(np.where(new_target, np.arange(rows.height), 0))
+    last = np.maximum.accumulate(np.where(measured, np.arange(rows.height), -1))
+    unknown = last < first  # no position of this target yet
+    state.counts["missing_positions"] = int((~measured).sum()) - state.counts.get("stale_positions", 0)
+    far = ~unknown & (time - time[np.maximum(last, 0)] > gap)
+    reason = np.where(unknown, 1, np.where(far, 2, 0))
+    before, after = reason == 1, (reason == 2)[reason != 1]
+    state.drop(before, "before the target's first position")
+    state.drop(after, "no position for longer than the gap")
+    state.counts["without_position"] = int((reason > 0).sum())
+    rows = state.rows
+    measured = rows["measured"].to_numpy()
+    time = rows["time"].to_numpy()
+    new_target = changes(rows["target"])
+    latest = np.maximum.accumulate(np.where(measured, np.arange(rows.height), 0))
+    before_this = np.r_[0, latest[:-1]] if rows.height else latest
+    split = ~new_target & measured & (time - time[before_this] > gap)
+    state.counts["gaps"] = int(split.sum())
+    state.rows = rows.with_columns(part=pl.Series(_number_within(new_target, split)))
+
+
+def _short(state: Cleaned, min_points: int) -> None:
+    """Parts with fewer than `min_points` positions are dropped whole; the rest is numbered again."""
+    rows = state.rows
+    new_part = changes(rows["target"], rows["part"])
+    index = np.cumsum(new_part) - 1
+    points = np.bincount(index, weights=rows["measured"].to_numpy(), minlength=int(new_part.sum()))
+    short = points < min_points
+    state.counts["short_parts"] = int(short.sum())
+    if short.any():
+        bad = short[index]
+        state.counts["short_rows"] = int(bad.sum())
+        state.drop(bad, f"fewer than {min_points} positions in this part of the track")
+        rows = state.rows
+        new_target = changes(rows["target"])
+        state.rows = rows.with_columns(
+            part=pl.Series(_number_within(new_target, changes(rows["target"], rows["part"]) & ~new_target))
+        )
+
+
+def _number_within(new_target: np.ndarray, split: np.ndarray) -> np.ndarray:
+    """Number of splits since the target's first row."""
+    total = np.cumsum(split)
+    base = np.maximum.accumulate(np.where(new_target, np.arange(new_target.size), 0))
+    return (total - total[base]).astype(np.int32) if new_target.size else np.zeros(0, np.int32)

@@ -1,0 +1,227 @@
+"""The measurement noise of every row: given, stated by ADS-B, or estimated from the data per source."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from ..io.columns import ANGLE, LENGTH, TIME
+from ..io.errors import InputError
+from ..io.geodesy import DevelopedFrame
+from .cleaning import changes
+from .placing import Placed
+from .scatter import component_sd, plane_scatter, rough_velocity
+
+# sd of a position (m) when there is too little data to estimate it: what is usual for the kind of target
+USUAL_SD = {"aircraft": 30.0, "fighter": 30.0, "vessel": 10.0, "vehicle": 5.0, "drone": 3.0, "person": 5.0}
+USUAL_ALTITUDE_SD = 10.0
+USUAL_POLAR_SD = {"range": 50.0, "azimuth": 2e-3, "elevation": 2e-3, "altitude": 30.0}
+GIVEN = {
+    "position": LENGTH,
+    "altitude": LENGTH,
+    "z": LENGTH,
+    "time": TIME,
+    "range": LENGTH,
+    "azimuth": ANGLE,
+    "elevation": ANGLE,
+}
+
+
+@dataclass
+class NoiseLevel:
+    """Covariance per row (N, m, m) or variances (N, m), typical sds, and a line per source."""
+
+    covariance: np.ndarray
+    typical: dict[str, float]
+    sources: list[dict[str, Any]] = field(default_factory=list)
+
+    @property
+    def uniform(self) -> bool:
+        """Whether every row has the same noise, so that the sensor alone can state it."""
+        return bool((self.covariance == self.covariance[:1]).all())
+
+
+def parse_sensor_sd(given: float | str | Mapping[str, float] | None) -> dict[str, float]:
+    """`25` (metres), `position=25,time=0.2` or `range=50,azimuth_deg=0.1`: component to SI value."""
+    if given is None:
+        return {}
+    if isinstance(given, Mapping):
+        pairs = [(str(key), value) for key, value in given.items()]
+    else:
+        pairs = [
+            tuple(item.split("=", 1)) if "=" in item else ("position", item) for item in str(given).split(",")
+        ]
+    values: dict[str, float] = {}
+    for key, text in pairs:
+        key = key.strip()
+        name, _, unit = (key, "", "") if key in GIVEN else key.rpartition("_")
+        if name not in GIVEN or (unit and unit not in GIVEN[name]):
+            raise InputError(
+                f"sensor-sd: {key!r} is not known; known are {', '.join(GIVEN)}, "
+                "also with a unit (azimuth_deg)"
+            )
+        try:
+            value = float(text) * (GIVEN[name][unit] if unit else 1.0)
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"sensor-sd: {key} is {text!r}; a positive number is expected")
+        values[name] = value
+    return values
+
+
+def noise_levels(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
+    """Noise of every row of `placed`, from what is given, stated and estimated, in this order."""
+    if placed.components[0] == "range":
+        return _polar(placed, given)
+    return _plane(placed, given, kind)
+
+
+def _plane(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
+    count = placed.rows.height
+    vertical = placed.components[2] if placed.axes == 3 else None
+    measured = np.isfinite(placed.plane[:, 0]) & np.isfinite(placed.plane[:, 1])
+    velocity = np.zeros((count, 2))
+    velocity[measured] = rough_velocity(
+        placed.time[measured], placed.plane[measured], _starts(placed, measured)
+    )
+    source, group, of_source = _groups(placed)
+    some = placed.time[measured], placed.plane[measured], velocity[measured], _starts(placed, measured)
+    found, stamps = plane_scatter(*some, group[measured], of_source.size)
+    position, origin = _decide(given.get("position"), found, of_source, USUAL_SD[kind])
+    stamps = np.where(np.isnan(found), 0.0, stamps)
+    if "position" in given or "time" in given:
+        stamps = np.full(stamps.shape, given.get("time", 0.0))
+    figures = {"position_sd": position, "time_sd": stamps}
+    origins = {"position_sd": origin}
+    if vertical:
+        known = np.isfinite(placed.height)
+        some = placed.time[known], placed.height[known], _starts(placed, known), group[known]
+        found = component_sd(*some, of_source.size)
+        asked = given.get("altitude", given.get("z"))
+        figures["altitude_sd"], origins["altitude_sd"] = _decide(asked, found, of_source, USUAL_ALTITUDE_SD)
+    lines = _lines(
+        source, of_source, figures, origins, np.bincount(group[measured], minlength=of_source.size)
+    )
+    sd = {name: figure[group] for name, figure in figures.items()}
+    for name in ("position_sd", "altitude_sd"):
+        if name in sd and "given" not in origins[name]:
+            sd[name] = _stated(placed, sd[name], name, lines)
+    covariance = np.zeros((count, placed.axes, placed.axes))
+    along_x, along_y = velocity[:, 0] * sd["time_sd"], velocity[:, 1] * sd["time_sd"]
+    covariance[:, 0, 0] = along_x**2 + sd["position_sd"] ** 2
+    covariance[:, 1, 1] = along_y**2 + sd["position_sd"] ** 2
+    covariance[:, 0, 1] = covariance[:, 1, 0] = along_x * along_y
+    if vertical:
+        covariance[:, 2, 2] = sd["altitude_sd"] ** 2
+    return NoiseLevel(covariance, _typical(sd, {"position": "position_sd", "altitude": "altitude_sd"}), lines)
+
+
+def _polar(placed: Placed, given: Mapping[str, float]) -> NoiseLevel:
+    source, group, of_source = _groups(placed)
+    figures, origins = {}, {}
+    for column, name in enumerate(placed.components):
+        known = np.isfinite(placed.z[:, column])
+        value = placed.z[known, column]
+        value = np.unwrap(value) if name == "azimuth" else value
+        found = component_sd(placed.time[known], value, _starts(placed, known), group[known], of_source.size)
+        figures[f"{name}_sd"], origins[f"{name}_sd"] = _decide(
+            given.get(name), found, of_source, USUAL_POLAR_SD[name]
+        )
+    counts = np.bincount(group, minlength=of_source.size)
+    sd = {name: figure[group] for name, figure in figures.items()}
+    lines = _lines(source, of_source, figures, origins, counts)
+    return NoiseLevel(
+        np.column_stack(list(sd.values())) ** 2,
+        _typical(sd, {n: f"{n}_sd" for n in placed.components}),
+        lines,
+    )
+
+
+def _groups(placed: Placed) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Names of the sources, the group of every row, and the source of every group.
+
+    A group is a source, or a source's target where targets report themselves (places on the map without a
+    sensor's column).
+    """
+    names = placed.rows["source"].unique(maintain_order=True)
+    source = (
+        placed.rows["source"].replace_strict(names, np.arange(len(names)), return_dtype=pl.Int64).to_numpy()
+    )
+    if (
+        placed.components[:2] != ("x", "y")
+        or not isinstance(placed.frame, DevelopedFrame)
+        or placed.sensors_named
+    ):
+        return names.to_list(), source, np.arange(len(names))
+    target = np.cumsum(changes(placed.rows["target"])) - 1
+    pair, group = np.unique(target * len(names) + source, return_inverse=True)
+    return names.to_list(), group, pair % len(names)
+
+
+def _lines(
+    names: list[str],
+    of_source: np.ndarray,
+    figures: Mapping[str, np.ndarray],
+    origins: Mapping[str, np.ndarray],
+    counts: np.ndarray,
+) -> list[dict[str, Any]]:
+    """One line per source: median of its groups, how it was come by, and the range of several."""
+    lines = []
+    for number, name in enumerate(names):
+        mine = of_source == number
+        line: dict[str, Any] = {"source": name, "rows": int(counts[mine].sum()), "groups": int(mine.sum())}
+        for key, figure in figures.items():
+            line[key] = float(np.median(figure[mine]))
+            if mine.sum() > 1:
+                line[f"{key}_range"] = [float(figure[mine].min()), float(figure[mine].max())]
+            if key in origins:
+                line[f"{key}_from"] = str(
+                    max(set(origins[key][mine].tolist()), key=origins[key][mine].tolist().count)
+                )
+        lines.append(line)
+    return lines
+
+
+def _typical(sd: Mapping[str, np.ndarray], names: Mapping[str, str]) -> dict[str, float]:
+    return {short: float(np.median(sd[name])) for short, name in names.items() if name in sd}
+
+
+def _decide(
+    given: float | None, found: np.ndarray, of_source: np.ndarray, usual: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """A figure per group and where it comes from: given, estimated, its source's median, or what is usual."""
+    if given is not None:
+        return np.full(found.shape, given), np.full(found.shape, "given")
+    found = np.where(found > 0, found, np.nan)  # what never changes (level flight) says nothing of its error
+    figure, origin = found.copy(), np.where(np.isnan(found), "assumed", "estimated")
+    for number in np.unique(of_source[np.isnan(found)]):
+        mine = of_source == number
+        others = found[mine & np.isfinite(found)]
+        figure[mine & np.isnan(found)] = np.median(others) if others.size else usual
+        if others.size:
+            origin[mine] = "estimated"
+    return figure, origin
+
+
+def _stated(placed: Placed, sd: np.ndarray, name: str, lines: list[dict[str, Any]]) -> np.ndarray:
+    """Where ADS-B says how accurate it is (NACp, NIC, GVA), that is the noise."""
+    stated = placed.rows[name].to_numpy()
+    known = np.isfinite(stated)
+    if known.any():
+        for line in lines:
+            line[f"{name}_stated_rows"] = int(
+                (known & (placed.rows["source"] == line["source"]).to_numpy()).sum()
+            )
+    return np.where(known, stated, sd)
+
+
+def _starts(placed: Placed, which: np.ndarray) -> np.ndarray:
+    """First rows of each part among the rows `which`."""
+    part = np.cumsum(placed.new)[which]
+    return np.r_[True, np.diff(part) > 0] if part.size else np.zeros(0, bool)

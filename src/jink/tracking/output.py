@@ -1,0 +1,193 @@
+"""From a filter's state to what people ask for: speed, course, climb, acceleration, turn rate, and sds.
+
+Standard deviations are first-order: var f(x) = ∇f P ∇fᵀ. Where the state has no acceleration or no turn rate,
+they follow from kinematics: a = ω × v, and ω = (v × a) / |v|².
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from ..io.geodesy import DevelopedFrame, SiteFrame
+from .placing import Placed
+
+STATUS = ("none", "updated", "predicted", "gated", "restarted", "initialised")
+SLOW = 1e-6  # m/s: below this speed a course means nothing
+ON, OFF = 0.6, 0.4  # manoeuvre probability at which a new segment begins and ends
+NIS_BAND = {
+    1: (0.000982, 5.0239),
+    2: (0.0506, 7.3778),
+    3: (0.2158, 9.3484),
+    4: (0.4844, 11.1433),
+}  # central 95 % of χ²
+
+
+class State:
+    """Named access to an estimate's components and covariances: x (N, n), P (N, n, n)."""
+
+    def __init__(self, x: np.ndarray, P: np.ndarray, components: Sequence[str]):
+        self.x, self.P = x, P
+        self.index = {name: i for i, name in enumerate(components)}
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.index
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.x[:, self.index[name]]
+
+    def sd(self, name: str) -> np.ndarray:
+        """Standard deviation of one component (N,)."""
+        i = self.index[name]
+        return np.sqrt(self.P[:, i, i])
+
+    def sd_of(self, gradient: dict[str, np.ndarray]) -> np.ndarray:
+        """Standard deviation of a function of the state, from its gradient by component (N,)."""
+        names = list(gradient)
+        variance = np.zeros(self.x.shape[0])
+        for a, first in enumerate(names):
+            for second in names[a:]:
+                term = gradient[first] * gradient[second] * self.P[:, self.index[first], self.index[second]]
+                variance += term if first == second else 2.0 * term
+        return np.sqrt(np.maximum(variance, 0.0))
+
+
+def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
+    """One row per row of `placed`: the columns that `jink.track` documents, nulls where nothing is known."""
+    state = State(estimate.x, estimate.P, estimate.components)
+    columns, sds = _kinematics(state)
+    place, convergence = _position(placed, state)
+    columns["course"] = np.mod(columns["course"] + convergence, 2.0 * np.pi)
+    head: dict[str, Any] = {
+        "target": placed.rows["target"],
+        "part": placed.rows["part"],
+        "time": placed.rows["time"],
+    }
+    measured = {"measured_x": placed.plane[:, 0], "measured_y": placed.plane[:, 1]}
+    if placed.axes == 3:
+        measured["measured_z"] = placed.height
+    modes = {f"probability_{name}": estimate.mode_probability[:, i] for i, name in enumerate(estimate.modes)}
+    manoeuvring = estimate.manoeuvring
+    nis = {"nis": estimate.nis, "nis_dof": np.asarray(estimate.nis_dof).astype(np.uint8)}
+    table = pl.DataFrame(
+        {**head, **place, **columns, **sds, **modes, "manoeuvring": manoeuvring, **measured, **nis}
+    )
+    floats = [name for name, kind in table.schema.items() if kind == pl.Float64]
+    table = table.with_columns(
+        pl.col(floats).fill_nan(None),
+        status=pl.Series(np.asarray(estimate.status)).replace_strict(
+            range(len(STATUS)), STATUS, return_dtype=pl.Enum(STATUS)
+        ),
+        segment=_segments(manoeuvring, placed.new) if any(estimate.non_manoeuvring) else pl.lit(None, pl.Int32),
+        file=placed.rows["file"],
+        row=placed.rows["row"],
+    )
+    if absolute:
+        table = table.with_columns(
+            (pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC"))
+        )
+    return table.select(_ordered(table.columns))
+
+
+def _ordered(names: list[str]) -> list[str]:
+    """Columns in the documented order: quantities, modes, manoeuvre, and where a row came from at the end."""
+    late = [
+        "manoeuvring",
+        "segment",
+        "status",
+        "measured_x",
+        "measured_y",
+        "measured_z",
+        "nis",
+        "nis_dof",
+        "file",
+        "row",
+    ]
+    return [name for name in names if name not in late] + [name for name in late if name in names]
+
+
+def _kinematics(state: State) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Every quantity and its sd; the course still counts from the frame's north."""
+    columns: dict[str, np.ndarray] = {}
+    sds: dict[str, np.ndarray] = {}
+    for letter, name in (("p", ""), ("v", "velocity_"), ("a", "acceleration_")):
+        for axis in "xyz":
+            if letter + axis in state:
+                columns[name + axis], sds[f"{name}{axis}_sd"] = state[letter + axis], state.sd(letter + axis)
+    vx, vy = state["vx"], state["vy"]
+    speed = np.hypot(vx, vy)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = np.where(speed > SLOW, 1.0 / speed, np.nan)
+    columns["speed"], columns["course"] = speed, np.where(speed > SLOW, np.arctan2(vx, vy), np.nan)
+    sds["speed_sd"] = state.sd_of({"vx": vx * inverse, "vy": vy * inverse})
+    sds["course_sd"] = np.minimum(state.sd_of({"vx": vy * inverse**2, "vy": -vx * inverse**2}), np.pi)
+    if "vz" in state:
+        columns["climb_rate"], sds["climb_rate_sd"] = state["vz"], state.sd("vz")
+    if "turn_rate" in state:
+        rate = columns["turn_rate"] = state["turn_rate"]
+        sds["turn_rate_sd"] = state.sd("turn_rate")
+        if "ax" not in state:
+            columns["acceleration_x"], columns["acceleration_y"] = -rate * vy, rate * vx
+            sds["acceleration_x_sd"] = state.sd_of({"turn_rate": -vy, "vy": -rate})
+            sds["acceleration_y_sd"] = state.sd_of({"turn_rate": vx, "vx": rate})
+    elif "ax" in state:
+        ax, ay, square = state["ax"], state["ay"], inverse**2
+        rate = columns["turn_rate"] = (vx * ay - vy * ax) * square
+        gradient = {
+            "vx": (ay - 2.0 * rate * vx) * square,
+            "vy": (-ax - 2.0 * rate * vy) * square,
+            "ax": -vy * square,
+            "ay": vx * square,
+        }
+        sds["turn_rate_sd"] = state.sd_of(gradient)
+    if "turn_rate" in columns:  # what hardly moves has no direction, and none that turns
+        still = ~(speed > 2.0 * sds["speed_sd"])
+        columns["turn_rate"] = np.where(still, np.nan, columns["turn_rate"])
+        sds["turn_rate_sd"] = np.where(still, np.nan, sds["turn_rate_sd"])
+    return columns, sds
+
+
+def _position(placed: Placed, state: State) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Latitude, longitude, altitude as far as there is a map, and the convergence of its meridians."""
+    x, y = state["px"], state["py"]
+    z = state["pz"] if "pz" in state.index else None
+    frame = placed.frame
+    if isinstance(frame, DevelopedFrame):
+        latitude, longitude, convergence = frame.to_geographic(x, y)
+        place = {"latitude": latitude, "longitude": longitude}
+        return (place | {"altitude": z} if z is not None else place), convergence
+    if isinstance(frame, SiteFrame):
+        latitude, longitude, convergence, altitude = frame.to_geographic(x, y, z)
+        place = {"latitude": latitude, "longitude": longitude}
+        return (place | {"altitude": altitude} if altitude is not None else place), convergence
+    return {}, np.zeros(x.size)
+
+
+def _segments(manoeuvring: np.ndarray, new: np.ndarray) -> pl.Series:
+    """Number of changes between quiet and manoeuvring since the part began, with hysteresis."""
+    clear = np.where(manoeuvring > ON, 1, np.where(manoeuvring < OFF, 0, -1))
+    clear[new & (clear < 0)] = 0
+    decided = np.maximum.accumulate(np.where(clear >= 0, np.arange(clear.size), 0))
+    level = clear[decided]
+    change = np.r_[False, level[1:] != level[:-1]] & ~new
+    total = np.cumsum(change)
+    starts = np.flatnonzero(new)
+    base = np.repeat(total[starts], np.diff(np.r_[starts, new.size]))
+    return pl.Series("segment", (total - base).astype(np.int32))
+
+
+def nis_share(table: pl.DataFrame) -> dict[str, float]:
+    """Share of the NIS of updated rows inside the central 95 % of χ², and their mean per dimension."""
+    known = (table["status"] == "updated") & table["nis"].is_not_null() & (table["nis_dof"] > 0)
+    if not known.any():
+        return {}
+    nis, dof = table["nis"].filter(known).to_numpy(), table["nis_dof"].filter(known).to_numpy()
+    low = np.array([NIS_BAND.get(k, (0.0, np.inf))[0] for k in range(int(dof.max()) + 1)])[dof]
+    high = np.array([NIS_BAND.get(k, (0.0, np.inf))[1] for k in range(int(dof.max()) + 1)])[dof]
+    return {
+        "inside_95": float(((nis >= low) & (nis <= high)).mean()),
+        "mean_per_dimension": float((nis / dof).mean()),
+    }

@@ -1,0 +1,146 @@
+"""From cleaned rows to what a filter takes: flat times, measurement vectors, offsets, and the way back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import polars as pl
+
+from ..io.geodesy import DevelopedFrame, SiteFrame, develop
+from .cleaning import changes
+
+UNKNOWN_HEIGHT = 300.0  # m: how far the height may have been from the first one that was reported
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Parts with the same number of axes.
+
+    rows: the cleaned rows; time (N,) s since the part's first row; z (N, m) measurements, NaN: missing; plane
+    (N, 2) the measured position in metres; new (N,) marks first rows; frame leads back to the map (None:
+    there is no map); sensors_named: a column says which sensor measured.
+    """
+
+    rows: pl.DataFrame
+    time: np.ndarray
+    z: np.ndarray
+    plane: np.ndarray
+    height: np.ndarray
+    new: np.ndarray
+    axes: int
+    components: tuple[str, ...]
+    frame: DevelopedFrame | SiteFrame | None
+    sensors_named: bool = False
+
+    @property
+    def offsets(self) -> np.ndarray:
+        """Where parts begin, and the end: (B + 1,)."""
+        return np.r_[np.flatnonzero(self.new), self.new.size].astype(np.int64)
+
+    def some(self, rows: slice) -> Placed:
+        """Whole parts of it."""
+        cut = {name: getattr(self, name)[rows] for name in ("rows", "time", "z", "plane", "height", "new")}
+        frame = self.frame.rows(rows) if isinstance(self.frame, DevelopedFrame) else self.frame
+        return replace(self, **cut, frame=frame)
+
+
+def place(
+    rows: pl.DataFrame,
+    position: str,
+    site: SiteFrame | None,
+    axes: int | None = None,
+    sensors_named: bool = False,
+) -> list[Placed]:
+    """Split parts into those with a third axis and those without; `axes` decides for all."""
+    third = {"geographic": ["altitude"], "cartesian": ["z"], "polar": ["elevation", "altitude"]}[position]
+    name = next((n for n in third if n in rows.columns), None)
+    if name is None or axes == 2:
+        return [lay(rows, position, site, 2, None, sensors_named)] if rows.height else []
+    new = changes(rows["target"], rows["part"])
+    index = np.cumsum(new) - 1
+    heights = np.bincount(index, weights=rows[name].is_finite().to_numpy(), minlength=int(new.sum()))
+    has = (heights >= 2)[index]
+    groups = [(has, 3, name), (~has, 2, None)]
+    return [
+        lay(rows.filter(pl.Series(mask)), position, site, n, third, sensors_named)
+        for mask, n, third in groups
+        if mask.any()
+    ]
+
+
+def lay(
+    rows: pl.DataFrame,
+    position: str,
+    site: SiteFrame | None,
+    axes: int,
+    third: str | None,
+    sensors_named: bool = False,
+) -> Placed:
+    """Rows of whole parts with `axes` axes; `third` names the column of the vertical one."""
+    new = changes(rows["target"], rows["part"])
+    time = rows["time"].to_numpy()
+    starts = np.flatnonzero(new)
+    time = time - np.repeat(time[starts], np.diff(np.r_[starts, time.size]))
+    measured = rows["measured"].to_numpy()
+
+    def column(name: str) -> np.ndarray:
+        return np.where(measured, rows[name].to_numpy(), np.nan)
+
+    vertical = column(third) if third else np.full(rows.height, np.nan)
+    frame: DevelopedFrame | SiteFrame | None = site
+    if position == "geographic":
+        frame = develop(column("latitude"), column("longitude"), new)
+        first, second = frame.x, frame.y
+        names = ("x", "y", "altitude")
+    elif position == "cartesian":
+        first, second = column("x"), column("y")
+        names = ("x", "y", "z")
+    else:
+        first, second = column("range"), column("azimuth")
+        names = ("range", "azimuth", third or "elevation")
+        if third == "altitude" and site is not None:
+            vertical = vertical - site.altitude
+    z = np.column_stack([first, second, vertical][:axes])
+    plane, height = np.column_stack([first, second]), vertical
+    if position == "polar":
+        plane, height = _flat(first, second, vertical, third)
+    return Placed(
+        rows, time, np.ascontiguousarray(z), plane, height, new, axes, names[:axes], frame, sensors_named
+    )
+
+
+def begin_with_height(placed: Placed, covariance: np.ndarray) -> None:
+    """Let parts whose first rows have no height start with the first one known, as uncertain as it is.
+
+    A filter starts from complete positions. The first two positions of such a part get that height in `z` and
+    its variance in `covariance`, both changed in place; the rows after them stay without one.
+    """
+    if placed.axes < 3 or placed.components[2] == "elevation":
+        return
+    known, measured = np.isfinite(placed.z[:, 2]), np.isfinite(placed.z[:, 0])
+    index = np.cumsum(placed.new) - 1
+    starts = np.flatnonzero(placed.new)
+    first = np.full(starts.size, np.inf)
+    np.minimum.at(first, index[known], np.flatnonzero(known))
+    before = measured & (np.arange(index.size) < first[index])
+    rank = np.cumsum(before) - np.concatenate([[0], np.cumsum(before)])[starts][index]
+    chosen = np.flatnonzero(before & (rank <= 2))
+    placed.z[chosen, 2] = placed.z[first[index[chosen]].astype(int), 2]
+    covariance[(chosen, 2) if covariance.ndim == 2 else (chosen, 2, 2)] = UNKNOWN_HEIGHT**2
+
+
+def _flat(
+    distance: np.ndarray, azimuth: np.ndarray, vertical: np.ndarray, third: str | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """East, north and up of slant range and azimuth, with elevation or height where there is one."""
+    ground, height = distance, vertical
+    if third == "elevation":
+        angle = np.nan_to_num(vertical)
+        ground, height = (
+            distance * np.cos(angle),
+            np.where(np.isnan(vertical), np.nan, distance * np.sin(angle)),
+        )
+    elif third == "altitude":
+        ground = np.sqrt(np.maximum(distance**2 - np.nan_to_num(vertical) ** 2, 0.0))
+    return np.column_stack([ground * np.sin(azimuth), ground * np.cos(azimuth)]), height

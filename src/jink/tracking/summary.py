@@ -1,0 +1,82 @@
+"""What a run read, cleaned, assumed, filtered and found: one dictionary for people, pages and machines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import polars as pl
+
+from ..io.loading import Loaded
+from .cleaning import Cleaned
+from .noise_level import NoiseLevel
+from .output import nis_share
+from .placing import Placed
+
+CLEANED = {
+    "unsorted": "rows put into order of time",
+    "out_of_order": "rows rejected because time runs backwards",
+    "duplicate_times": "rows rejected because their time occurs twice",
+    "stale_positions": "stale (repeated) positions taken as missing",
+    "missing_positions": "rows without a position, predicted",
+    "without_position": "rows rejected because no position is near in time",
+    "gaps": "gaps that begin a new part",
+    "short_parts": "parts rejected as too short",
+}
+
+
+def summarise(
+    loaded: Loaded,
+    cleaned: Cleaned,
+    rejected: pl.DataFrame,
+    groups: Sequence[Placed],
+    levels: Sequence[NoiseLevel],
+    filters: Mapping[str, Any],
+    tracks: pl.DataFrame,
+) -> dict[str, Any]:
+    """Counts that add up (rows = accepted + rejected), all that was assumed, noise, status, consistency."""
+    times = tracks["time"]
+    flat = [group for group in groups if group.axes == 2]
+    notes = list(loaded.measurements.notes)
+    if flat and loaded.measurements.position != "polar":
+        parts = sum(int(group.new.sum()) for group in flat)
+        which = "all" if len(groups) == 1 else f"{parts}"
+        notes.append(f"{which} parts have no altitude and are tracked in the plane (2-D)")
+    return {
+        "files": loaded.files,
+        "rows": loaded.count,
+        "accepted": tracks.height,
+        "rejected": {reason: count for reason, count in reasons(rejected)},
+        "targets": tracks["target"].n_unique(),
+        "parts": tracks.select(pl.struct("target", "part").n_unique()).item(),
+        "start": _plain(times.min()),
+        "end": _plain(times.max()),
+        "columns": loaded.measurements.named,
+        "notes": notes,
+        "cleaning": {name: count for name, count in cleaned.counts.items() if name in CLEANED},
+        "noise": [
+            line | {"axes": group.axes}
+            for group, level in zip(groups, levels, strict=True)
+            for line in level.sources
+        ],
+        "filter": {axes: _described(chosen) for axes, chosen in filters.items()},
+        "status": {
+            str(status): count for status, count in tracks["status"].value_counts(sort=True).iter_rows()
+        },
+        "consistency": nis_share(tracks),
+    }
+
+
+def reasons(rejected: pl.DataFrame) -> list[tuple[str, int]]:
+    """Every reason with its count, the most frequent first; line-specific texts are put together."""
+    general = pl.col("reason").str.replace(r"^line \d+ has .*", "line with a wrong number of fields")
+    return [tuple(row) for row in rejected.select(general)["reason"].value_counts(sort=True).iter_rows()]
+
+
+def _described(chosen: Any) -> str:
+    motions = getattr(chosen, "motions", None) or [getattr(chosen, "motion", None)]
+    return f"{type(chosen).__name__}({', '.join(str(getattr(m, 'name', m)) for m in motions)})"
+
+
+def _plain(value: Any) -> Any:
+    return value.isoformat(timespec="milliseconds") if hasattr(value, "isoformat") else value
