@@ -4,6 +4,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include "composition.hpp"
 #include "stepwise.hpp"
 #include "transition.hpp"
 
@@ -38,7 +39,7 @@ void expect(bool right, const char *what) {
     if (!right) throw nb::value_error(what);
 }
 
-nb::tuple mix(const std::vector<In> &x, const std::vector<In> &P, In w) {
+nb::tuple mix_tracks(const std::vector<In> &x, const std::vector<In> &P, In w) {
     const int modes = int(x.size()), tracks = int(w.shape(0)), n = int(x[0].shape(1));
     expect(int(w.shape(1)) == modes && int(P.size()) == modes, "mix: as many means as covariances and weights");
     for (int i = 0; i < modes; ++i)
@@ -82,21 +83,12 @@ Out solve(In L, In X, bool transposed) {
     return out.array;
 }
 
-using MotionTuple = std::tuple<int, int, int, int, Vector, Vector>;
-using SensorTuple = std::tuple<int, int, int, int, bool, bool, bool, bool, Vector, Vector, Vector>;
-
-SensorSpec spec_of(const SensorTuple &t) {
-    const auto &[kind, axes, rows, vertical, range_rate, from_north, correlated, converted, site, noise, log_extent] = t;
-    return {SensorKind(kind), axes, rows, Vertical(vertical), range_rate, from_north, correlated, {site[0], site[1], site[2]}};
-}
-
 // x-, F and Q of one of the library's motion models.
-nb::tuple linearise_motion(const MotionTuple &t, bool unscented, In dt, In x, In P, nb::object input) {
-    const auto &[kind, noise, turn_noise, axes, parameters, prior] = t;
-    const MotionSpec spec{MotionKind(kind), NoiseKind(noise), NoiseKind(turn_noise), axes};
+nb::tuple linearise_motion(const ModeDeclaration &mode, bool unscented, In dt, In x, In P, nb::object input) {
+    const MotionSpec &spec = mode.motion;
     const MotionKernels<double> kernels = motion_kernels<double>(spec, unscented);
     const int tracks = int(x.shape(0)), n = int(x.shape(1));
-    expect(n == int(prior.size()) && int(dt.size()) == tracks && int(P.size()) == tracks * n * n, "linearise_motion: shapes do not fit");
+    expect(n == mode.shape.n && int(dt.size()) == tracks && int(P.size()) == tracks * n * n, "linearise_motion: shapes do not fit");
     In known;
     if (!input.is_none()) known = nb::cast<In>(input);
     Result ahead(tracks, n), F(tracks, n, n), Q(tracks, n, n);
@@ -105,8 +97,8 @@ nb::tuple linearise_motion(const MotionTuple &t, bool unscented, In dt, In x, In
         std::copy(x.data() + b * n, x.data() + (b + 1) * n, in);
         for (int r = 0; r < n; ++r)
             for (int k = 0; k <= r; ++k) in[n + packed(r, k)] = P.data()[(b * n + r) * n + k];
-        if (b == 0 || dt.data()[b] != dt.data()[b - 1]) kernels.prepare(spec, dt.data()[b], parameters.data(), c);
-        const double *u = input.is_none() ? nullptr : known.data() + b * axes;
+        if (b == 0 || dt.data()[b] != dt.data()[b - 1]) kernels.prepare(spec, dt.data()[b], mode.parameters.data(), c);
+        const double *u = input.is_none() ? nullptr : known.data() + b * spec.axes;
         kernels.linearise(in, c, u, ahead.data + b * n, F.data + b * n * n, q);
         for (int r = 0; r < n; ++r)
             for (int k = 0; k < n; ++k) Q.data[(b * n + r) * n + k] = q[packed(r, k)];
@@ -115,8 +107,8 @@ nb::tuple linearise_motion(const MotionTuple &t, bool unscented, In dt, In x, In
 }
 
 // h(x) and its Jacobian of one of the library's sensors, for states of position and velocity per axis.
-nb::tuple observe_sensor(const SensorTuple &t, In x) {
-    const SensorSpec spec = spec_of(t);
+nb::tuple observe_sensor(const SensorDeclaration &sensor, In x) {
+    const SensorSpec &spec = sensor.spec;
     const int tracks = int(x.shape(0)), n = int(x.shape(1));
     expect(n == 2 * spec.axes, "observe_sensor: x holds position and velocity per axis");
     Result h(tracks, spec.rows), H(tracks, spec.rows, n);
@@ -128,8 +120,8 @@ nb::tuple observe_sensor(const SensorTuple &t, In x) {
 }
 
 // The position (and velocity) a track starts from: found, velocity found (1 or 0), p, v, their covariances.
-nb::tuple position_of(const SensorTuple &t, In z, In R, InMask present) {
-    const SensorSpec spec = spec_of(t);
+nb::tuple position_of(const SensorDeclaration &sensor, In z, In R, InMask present) {
+    const SensorSpec &spec = sensor.spec;
     const int tracks = int(z.shape(0)), m = spec.rows, axes = spec.axes;
     expect(int(z.shape(1)) == m && int(R.size()) == tracks * m * m && int(present.size()) == tracks * m, "position_of: shapes do not fit");
     Result found(tracks), moving(tracks), p(tracks, axes), v(tracks, axes), P(tracks, axes, axes), V(tracks, axes, axes);
@@ -170,7 +162,7 @@ Out transition_over(bool continuous, const Vector &matrix, int modes, In dt) {
 
 void bind_stepwise(nb::module_ &module) {
     module.attr("largest_own") = largest_own;
-    module.def("mix", mix, "x"_a, "P"_a, "w"_a);
+    module.def("mix", mix_tracks, "x"_a, "P"_a, "w"_a);
     module.def("update", update, "x"_a, "P"_a, "y"_a, "H"_a, "R"_a, "present"_a);
     module.def("root", root, "P"_a, "semidefinite"_a = false, "least"_a = 1e-300);
     module.def("solve", solve, "L"_a, "X"_a, "transposed"_a = false);

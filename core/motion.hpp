@@ -26,6 +26,19 @@ struct MotionSpec {
     int axes;
 };
 
+// The components of a state: `block` per axis, [p v] or [p v a], then the turn rate if there is one.
+struct StateShape {
+    int axes, block, n;
+    bool turn;
+};
+
+inline StateShape shape_of(MotionKind kind, int axes) {
+    const bool turn = kind == MotionKind::coordinated_turn;
+    const bool velocity = turn || kind == MotionKind::constant_velocity || kind == MotionKind::known_turn;
+    const int block = velocity ? 2 : 3;
+    return {axes, block, axes * block + turn, turn};
+}
+
 inline constexpr int largest_coefficients = 32;
 
 // G G' of a step's constant acceleration, or the integral of white acceleration noise, as (00, 10, 11).

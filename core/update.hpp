@@ -7,6 +7,7 @@
 // A missing component has gain zero.
 #pragma once
 
+#include "motion.hpp"
 #include "sensor.hpp"
 
 namespace jink::inline JINK_LEVEL {
@@ -17,11 +18,6 @@ template <class T> struct Innovation {
     T e[largest_measurement], S[largest_measurement];     // one after the other, each given those before it
     T y[largest_measurement];                             // z - h(x-), 0 where missing
     T joint[packed_size(largest_measurement)];            // its covariance, 1 on the diagonal where missing
-};
-
-struct StateShape {
-    int axes, block, n;
-    bool turn;
 };
 
 template <class T>

@@ -35,7 +35,7 @@ def test_follows_a_straight_line(kind, sensor):
         "elevation": np.arctan2(truth[:, 2], np.hypot(truth[:, 0], truth[:, 1])),
         "range_rate": (truth @ velocity) / ranges,
     }  # fmt: skip
-    sds = np.sqrt(np.asarray(sensor.native()[9]))
+    sds = np.sqrt(np.asarray(sensor.native().noise))
     z = np.column_stack([columns[name] for name in sensor.components])
     z = z + sds * np.random.default_rng(3).normal(size=z.shape)
     est = imm.filter(time, z)

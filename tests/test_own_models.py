@@ -289,7 +289,7 @@ class Hidden:
     def __init__(self, motion, axes):
         self.native_form, self.name = motion.native(axes), motion.name
         self.components = component_names([motion], axes)
-        self.prior_variance = {c: v for c, v in zip(self.components, self.native_form[5], strict=True) if v}
+        self.prior_variance = {c: v for c, v in zip(self.components, self.native_form.prior_variance, strict=True) if v}
 
     def _linearised(self, x, dt):
         n = len(self.components)

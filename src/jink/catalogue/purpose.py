@@ -63,7 +63,7 @@ class Purpose:
             raise Unfit(
                 f"its noise in metres depends on the place with a sensor of {self.sensor.components[0]}"
             )
-        return sqrt(self.sensor.native()[9][0])
+        return sqrt(self.sensor.native().noise[0])
 
     def staying(self, stay: float, modes: int) -> Sojourn:
         """The chain of equally likely changes in which a mode outlasts one interval with probability ``stay``."""

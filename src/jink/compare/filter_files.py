@@ -62,5 +62,5 @@ def suits(filter: Any, purpose: Purpose, path: str) -> str:
             raise InputError(
                 f"{path}: its sensor's {name} is {getattr(own, name, None)}; expected {getattr(there, name, None)}"
             )
-    noise, actual = own.native()[9], there.native()[9]
+    noise, actual = own.native().noise, there.native().noise
     return "" if noise == actual[: len(noise)] else "assumes another measurement noise than there is"

@@ -198,7 +198,7 @@ def purpose_of(path: str, recording: Recording, kind: str) -> Purpose:
 
     steps = np.diff(recording.time)
     steps = steps[steps > 0]
-    noise = recording.sensor.native()[9]
+    noise = recording.sensor.native().noise
     return Purpose(
         name=path,
         kind=kind,

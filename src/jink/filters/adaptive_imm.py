@@ -9,13 +9,14 @@ from typing import Any, ClassVar
 
 from numpy.typing import ArrayLike
 
+from .._engine import native
 from ..checks import PerAxis, numbers, per_axis, positive
 from ..models.motion import ConstantVelocity, NativeMode
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
 from .imm import IMM
-from .parts import FIXED, Adaptation, Parts
+from .parts import Parts
 from .plain import MODES
 
 
@@ -33,7 +34,7 @@ class AugmentedAcceleration:
     bias_prior_sd: PerAxis
     name: ClassVar[str] = "augmented_acceleration"
     manoeuvring: ClassVar[bool] = True
-    _kind: ClassVar[int] = 6
+    _kind: ClassVar[native.MotionKind] = native.MotionKind.augmented
 
     def native(self, axes: int) -> NativeMode:
         """What the engine runs."""
@@ -43,7 +44,7 @@ class AugmentedAcceleration:
         prior = [
             v for a in per_axis(f"{own}.bias_prior_sd", self.bias_prior_sd, axes) for v in (0.0, 0.0, a * a)
         ]
-        return self._kind, 0, 0, axes, [*noise, *bias], prior
+        return NativeMode(kind=self._kind, axes=axes, parameters=[*noise, *bias], prior_variance=prior)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +61,7 @@ class TwoStageAcceleration(AugmentedAcceleration):
     not_smoothed: ClassVar[str] = (
         "its noise depends on the covariance it is added to; smooth a jink.AugmentedAcceleration"
     )
-    _kind: ClassVar[int] = 7
+    _kind: ClassVar[native.MotionKind] = native.MotionKind.two_stage
 
 
 Estimator = AugmentedAcceleration | TwoStageAcceleration
@@ -110,9 +111,9 @@ class AccelerationLevel:
         """What the engine runs."""
         return self.motion.native(axes)
 
-    def adaptation(self, axes: int) -> Adaptation:
+    def adaptation(self, axes: int) -> native.Adaptation:
         """That of the motion model."""
-        return self.motion.adaptation(axes) if hasattr(self.motion, "adaptation") else FIXED
+        return self.motion.adaptation(axes) if hasattr(self.motion, "adaptation") else native.Adaptation()
 
     def level(self, axes: int) -> tuple[list[float], bool]:
         """The known acceleration of each axis, and whether it counts from the estimate."""

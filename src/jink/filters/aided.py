@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from .. import _engine
+from .._engine import native
 from ..models.anfis import Anfis
 from ..models.corrector import Corrector
 from .bank import Bank
 from .neural_vsmm import layers
-from .parts import Parts
+from .parts import LARGEST_LAYER
 from .plain import plain
-
-RESIDUALS, INNOVATIONS = 1, 2
-MODELS = {"triangular": 1, "gaussian": 2, "bell": 3}  # of an ANFIS; a network is 0
 
 
 class Aided(Bank):
@@ -37,7 +33,7 @@ class Aided(Bank):
     def __init__(self, filter: Bank, corrector: Corrector) -> None:
         if isinstance(filter, Aided):
             raise TypeError("filter: is aided already")
-        if filter._declared is None:
+        if filter.declaration is None:
             raise TypeError("filter: an aid runs on jink's own motion and sensor models")
         self.filter_, self.corrector = filter, corrector
         self.motions, self.sensors = filter.motions, filter.sensors
@@ -45,9 +41,9 @@ class Aided(Bank):
         sd = getattr(filter.sensors[0], "sd", None)
         if isinstance(sd, int | float):
             corrector.check_units(float(sd))
-        modes, sensors, rules, parts = filter._declared
-        self._declared = (modes, sensors, rules, replace(parts or Parts(), aid=_native(corrector)))
-        self._engine = _engine.Engine(modes, sensors, *rules, *self._declared[3].native(self.axes))
+        self.declaration = native.Declaration(filter.declaration)
+        self.declaration.aid = _native(corrector)
+        self.engine = native.Engine(self.declaration)
 
     def described(self) -> dict[str, Any]:
         """The filter under the aid, and the aid."""
@@ -57,22 +53,22 @@ class Aided(Bank):
         return f"Aided({self.filter_!r}, {type(self.corrector.model).__name__})"
 
 
-def _native(c: Corrector) -> tuple[int, int, int, int, list[int], list[float]]:
+def _native(c: Corrector) -> native.Aid:
     ranges = [float(v) for four in zip(c.low, c.high, c.centre, c.scale, strict=True) for v in four]
     numbers = [*ranges, *map(float, c.output_scale), float(c.fade)]
-    kind = RESIDUALS if c.inputs == "titi-guney" else INNOVATIONS
     if isinstance(c.model, Anfis):
-        m = c.model
-        sizes = [len(functions) for functions in m.memberships]
-        if sum(sizes) > 128:
-            raise ValueError(f"corrector: expected at most 128 membership functions, got {sum(sizes)}")
-        numbers += [float(v) for functions in m.memberships for f in functions for v in f]
-        numbers += np.asarray(m.consequents, dtype=float).ravel().tolist()
-        return kind, MODELS[m.shape], c.count, len(c.output_scale), sizes, numbers
-    sizes, weights = layers(c.model)
-    if max(sizes) > 128:
-        raise ValueError(f"corrector: expected layers of at most 128, got {max(sizes)}")
-    return kind, 0, c.count, len(c.output_scale), sizes, [*numbers, *weights]
+        model, sizes = native.AidModel[c.model.shape], [len(functions) for functions in c.model.memberships]
+        largest, what = sum(sizes), "membership functions"
+        numbers += [float(v) for functions in c.model.memberships for f in functions for v in f]
+        numbers += np.asarray(c.model.consequents, dtype=float).ravel().tolist()
+    else:
+        model, (sizes, weights) = native.AidModel.network, layers(c.model)
+        largest, what = max(sizes), "units in a layer"
+        numbers += weights
+    if largest > LARGEST_LAYER:
+        raise ValueError(f"corrector: expected at most {LARGEST_LAYER} {what}, got {largest}")
+    kind = native.AidInputs.residuals if c.inputs == "titi-guney" else native.AidInputs.innovations
+    return native.Aid(kind=kind, model=model, inputs=c.count, outputs=len(c.output_scale), sizes=sizes, numbers=numbers)
 
 
 def unaided(filter: Any) -> Any:

@@ -1,5 +1,7 @@
 """A bank of motion models on one sensor (or several): what Kalman and IMM are, run by the native engine."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Sequence
 from functools import cached_property
@@ -8,20 +10,19 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import _engine
+from .._engine import native
 from ..checks import Array, thread_count
 from ..estimate import Estimate
 from ..models.motion import component_names, mode_names
 from ..models.non_manoeuvring import non_manoeuvring_modes
 from ..models.outliers import Outliers
 from ..models.start import OnePoint, Prior, TwoPoint
-from ..times import seconds
 from .live import LiveBatch
 from .parts import Parts, is_fixed, native_mode
 from .plain import VERSION, plain, write
 from .results import allocate
-from .rows import array_of, measurements, prior_of_tracks, row_noise, sensor_index, track_offsets
-from .rules import engine_rules
+from .rows import Batch, prior_of_tracks, same_arguments
+from .rules import declared_rules
 
 
 class Bank:
@@ -35,9 +36,8 @@ class Bank:
     fitted: dict[str, Any] = {}  # noqa: RUF012 # of a filter read from a file: what the file says it was fitted on
     not_smoothed: str = ""  # why there is no smoother, if there is none
     arguments: ClassVar[tuple[str, ...]]  # what a file holds of it beside motion models and sensors
-    _declared: tuple[list[Any], list[Any], tuple[Any, ...], Parts] | None = (
-        None  # what the engine was made from
-    )
+    engine: Any  # runs it: native, or stepwise for models of your own
+    declaration: native.Declaration | None = None  # what the native engine was made from
 
     def _declare(
         self,
@@ -65,40 +65,54 @@ class Bank:
         coast: float | None = None,
         parts: Parts | None = None,
     ) -> None:
-        axes = self.axes
         self.not_smoothed = self.not_smoothed or next(filter(None, map(_unsmoothed, self.motions)), "")
-        rules = engine_rules(
-            len(self.motions), self.initial, self.outliers, parts, transition=transition, transition_step=transition_step,
-            mode_probability=mode_probability, mixing=mixing, linearisation=linearisation, coast=coast,
-        )  # fmt: skip
+        declaration = declared_rules(
+            len(self.motions),
+            self.initial,
+            self.outliers,
+            parts,
+            transition=transition,
+            transition_step=transition_step,
+            mode_probability=mode_probability,
+            mixing=mixing,
+            linearisation=linearisation,
+            coast=coast,
+        )
         _check_units(self.motions, self.sensors)
         if all(hasattr(part, "native") for part in (*self.motions, *self.sensors)):
-            modes_native = [native_mode(m, axes) for m in self.motions]
-            if any(around for *_, around in modes_native) and (parts is None or parts.side is None):
-                raise ValueError(
-                    f"motions: AccelerationLevel.estimated counts from what a jink.AdaptiveIMM estimates; {type(self).__name__} has no "
-                    "such estimate; expected estimated=False"
-                )
-            sensors_native = [s.native(self.outliers) for s in self.sensors]
-            self._declared = (modes_native, sensors_native, rules, parts or Parts())
-            self._engine = _engine.Engine(
-                modes_native, sensors_native, *rules, *self._declared[3].native(axes)
-            )
+            self._run_natively(declaration, parts)
         elif parts is not None:
             raise TypeError(
                 f"{type(self).__name__}: runs on jink's own motion and sensor models; models of your own work in Kalman and IMM"
             )
         else:
-            from ..stepwise import Stepwise
+            self._run_stepwise(declaration)
 
-            for motion in self.motions:
-                if hasattr(motion, "native") and not is_fixed(motion, axes):
-                    raise TypeError(
-                        f"motions: {type(motion).__name__} adapts, or adds an acceleration, which beside models of your own is not "
-                        "done; expected motion models of fixed noise"
-                    )
-            given_prior = isinstance(self.initial, Prior)
-            self._engine = Stepwise(self.motions, self.sensors, axes, self.outliers, given_prior, *rules)
+    def _run_natively(self, declaration: native.Declaration, parts: Parts | None) -> None:
+        modes = [native_mode(m, self.axes) for m in self.motions]
+        if any(mode.around_side for mode in modes) and (parts is None or parts.side is None):
+            raise ValueError(
+                f"motions: AccelerationLevel.estimated counts from what a jink.AdaptiveIMM estimates; {type(self).__name__} has no "
+                "such estimate; expected estimated=False"
+            )
+        declaration.modes = modes
+        declaration.sensors = [s.native(self.outliers) for s in self.sensors]
+        if parts is not None:
+            parts.into(declaration, self.axes)
+        self.declaration = declaration
+        self.engine = native.Engine(declaration)
+
+    def _run_stepwise(self, declaration: native.Declaration) -> None:
+        from ..stepwise import Stepwise
+
+        for motion in self.motions:
+            if hasattr(motion, "native") and not is_fixed(native_mode(motion, self.axes)):
+                raise TypeError(
+                    f"motions: {type(motion).__name__} adapts, or adds an acceleration, which beside models of your own is not "
+                    "done; expected motion models of fixed noise"
+                )
+        given_prior = isinstance(self.initial, Prior)
+        self.engine = Stepwise(self.motions, self.sensors, self.axes, self.outliers, given_prior, declaration)
 
     @property
     def axes(self) -> int:
@@ -112,19 +126,24 @@ class Bank:
     @property
     def components(self) -> tuple[str, ...]:
         """What the columns of x are: px, vx, (ax), ... then turn_rate, then those of your own names."""
-        return getattr(self._engine, "components", None) or component_names(self.motions, self.axes)
+        return getattr(self.engine, "components", None) or component_names(self.motions, self.axes)
+
+    @property
+    def columns(self) -> int:
+        """How many columns z has: the components of the sensor that measures most."""
+        return int(getattr(self.declaration or self.engine, "columns", 0))
 
     @property
     def counts_rows(self) -> bool:
         """Is a row without a measurement more than the time that passes: to detectors, modes alive, or noise from residuals?"""
-        parts = self._declared[3] if self._declared else Parts()
-        decides = parts.proposal is not None or parts.detect[0] > 0
+        d = self.declaration
+        decides = d is not None and (d.proposal.kind != native.Propose.all or d.detection.window > 0)
         return decides or any(getattr(m, "remembers", False) for m in self.motions)
 
     @property
     def numbers(self) -> Array:
         """The numbers the engine runs on, those it can be differentiated by; see :mod:`jink.fit.gradient`."""
-        return np.asarray(_engine.native.numbers(self._engine))
+        return np.asarray(native.numbers(self.engine))
 
     @property
     def modes(self) -> tuple[str, ...]:
@@ -159,31 +178,18 @@ class Bank:
         estimate of the same shapes to write into, which saves the system's clearing of new memory when filtering again and again.
         Errors: ValueError or TypeError naming the argument, and the row where there is one.
         """
-        return self._run(
-            time, z, offsets, sensor, covariance, input, initial, threads, outputs, out, smooth=False
-        )
+        batch = self._batch(time, z, offsets, sensor, covariance, input, initial)
+        return self._run(batch, threads, outputs, out, smooth=False)
 
-    def smooth(
-        self,
-        time: ArrayLike,
-        z: ArrayLike,
-        *,
-        offsets: ArrayLike | None = None,
-        sensor: ArrayLike | None = None,
-        covariance: ArrayLike | None = None,
-        input: ArrayLike | None = None,
-        initial: Prior | None = None,
-        threads: int | None = None,
-        outputs: Sequence[str] | None = None,
-        out: Estimate | None = None,
-    ) -> Estimate:
-        """The same with every row's estimate given the whole track: x, P and mode_probability are smoothed.
+    @same_arguments(filter)
+    def smooth(self, time: ArrayLike, z: ArrayLike, **options: Any) -> Estimate:
+        """Filter, then let every row's estimate know its whole track; the arguments are those of :meth:`filter`.
 
-        log_likelihood, nis, pit and status are the filter's. Method: :mod:`jink.smoothing`.
+        x, P and mode_probability are smoothed; log_likelihood, nis, pit and status are the filter's. Errors: ValueError for a
+        filter that cannot be smoothed, with what to smooth instead. Method: docs/smoothing.md.
         """
-        return self._run(
-            time, z, offsets, sensor, covariance, input, initial, threads, outputs, out, smooth=True
-        )
+        run = {name: options.pop(name, None) for name in ("threads", "outputs", "out")}
+        return self._run(self._batch(time, z, **options), **run, smooth=True)
 
     def start(
         self,
@@ -205,7 +211,7 @@ class Bank:
             raise ValueError(f"lag: smoothing is not defined for {type(self).__name__}: {self.not_smoothed}")
         if n is not None and (int(n) != n or n < 1):
             raise ValueError(f"n: expected a number of targets, got {n!r}")
-        live: Any = self._engine.one(int(lag)) if n is None else self._many(int(n), int(lag), outputs)
+        live: Any = self.engine.one(int(lag)) if n is None else self._many(int(n), int(lag), outputs)
         if isinstance(self.initial, Prior):
             x, P = prior_of_tracks(self.initial, self.components, n or 1)
             for k in range(n or 1):
@@ -217,12 +223,12 @@ class Bank:
 
     def _many(self, n: int, lag: int, outputs: Sequence[str] | None) -> LiveBatch:
         return LiveBatch(
-            self._engine.many(n, lag),
+            self.engine.many(n, lag),
             n,
             self._estimate,
             components=len(self.components),
             modes=len(self.motions),
-            columns=self._columns,
+            columns=self.columns,
             sensors=len(self.sensors),
             axes=self.axes,
             outputs=outputs,
@@ -249,48 +255,47 @@ class Bank:
         """
         write({"jink": "filter", "version": VERSION, "units": "SI", **self.described(), **more}, path)
 
-    def _run(
+    def _batch(
         self,
         time: ArrayLike,
         z: ArrayLike,
-        offsets: ArrayLike | None,
-        sensor: ArrayLike | None,
-        covariance: ArrayLike | None,
-        input: ArrayLike | None,
-        initial: Prior | None,
-        threads: int | None,
-        outputs: Sequence[str] | None,
-        out: Estimate | None,
-        *,
-        smooth: bool,
-    ) -> Estimate:
-        columns = self._columns
-        rows = measurements(z, columns)
-        times = np.ascontiguousarray(seconds(time), dtype=float).reshape(-1)
-        n = len(rows)
-        if len(times) != n:
-            raise ValueError(f"time: has {len(times)} rows where z has {n}")
-        bounds = track_offsets(offsets, n)
-        which = sensor_index(sensor, n, len(self.sensors))
-        noise = row_noise(covariance, n, columns)
-        known = None if input is None else array_of("input", input, (n, self.axes))
+        offsets: ArrayLike | None = None,
+        sensor: ArrayLike | None = None,
+        covariance: ArrayLike | None = None,
+        input: ArrayLike | None = None,
+        initial: Prior | None = None,
+    ) -> Batch:
         prior = initial if initial is not None else self.initial if isinstance(self.initial, Prior) else None
-        tracks, components = len(bounds) - 1, self.components
-        prior_x, prior_P = (None, None) if prior is None else prior_of_tracks(prior, components, tracks)
+        return Batch.of(
+            time,
+            z,
+            offsets=offsets,
+            sensor=sensor,
+            covariance=covariance,
+            input=input,
+            prior=prior,
+            columns=self.columns,
+            sensors=len(self.sensors),
+            axes=self.axes,
+            components=self.components,
+        )
+
+    def _run(
+        self, batch: Batch, threads: int | None, outputs: Sequence[str] | None, out: Estimate | None, *, smooth: bool
+    ) -> Estimate:
         if smooth and self.not_smoothed:
             raise ValueError(f"smooth: is not defined for {type(self).__name__}: {self.not_smoothed}")
         results, slots, status = allocate(
-            outputs, out, rows=n, tracks=tracks, components=len(components), modes=len(self.motions), columns=columns
-        )  # fmt: skip
-        self._engine.run(
-            times, rows, columns, bounds, which, noise, noise is not None and noise.ndim == 3, known, prior_x, prior_P,
-            slots, status, smooth, thread_count(threads),
-        )  # fmt: skip
+            outputs,
+            out,
+            rows=batch.rows,
+            tracks=batch.tracks,
+            components=len(self.components),
+            modes=len(self.motions),
+            columns=self.columns,
+        )
+        self.engine.run(*batch.arguments(), slots, status, smooth, thread_count(threads))
         return self._estimate(results)
-
-    @property
-    def _columns(self) -> int:
-        return getattr(self._engine, "columns", 0) or max(s.native()[2] for s in self.sensors)
 
 
 def _check_units(motions: tuple[Any, ...], sensors: tuple[Any, ...]) -> None:

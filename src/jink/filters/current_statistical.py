@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from .._engine import native
 from ..checks import positive
 from ..models.motion import NativeMode
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
 from .kalman import Kalman
-from .parts import CURRENT_STATISTICAL, FUZZY_LIMITS, Adaptation
 
 
 @dataclass(frozen=True)
@@ -90,16 +90,22 @@ class CurrentStatistical:
     def native(self, axes: int) -> NativeMode:
         """What the engine runs."""
         prior = [0.0, 0.0, self.acceleration_prior_sd**2] * axes
-        return 5, 0, 0, axes, [1.0] * axes + [float(self.time_constant)], prior
+        return NativeMode(
+            kind=native.MotionKind.current_statistical,
+            axes=axes,
+            parameters=[1.0] * axes + [float(self.time_constant)],
+            prior_variance=prior,
+        )
 
-    def adaptation(self, axes: int) -> Adaptation:
+    def adaptation(self, axes: int) -> native.Adaptation:
         """How the engine sets its variance."""
         if self.limits is not None:
             f = self.limits
-            return FUZZY_LIMITS, [], False, [f.threshold, f.up, f.down, self.least_margin]
+            limits = [f.threshold, f.up, f.down, self.least_margin]
+            return native.Adaptation(kind=native.Adapt.fuzzy_limits, numbers=limits)
         up = float(self.acceleration_max or 0.0)
         down = up if self.acceleration_min is None else float(self.acceleration_min)
-        return CURRENT_STATISTICAL, [], False, [up, down, self.least_margin]
+        return native.Adaptation(kind=native.Adapt.current_statistical, numbers=[up, down, self.least_margin])
 
 
 def csaf(

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._engine import native
 from ..models.fuzzy import PUBLISHED, FuzzyRules
 from ..models.motion import ConstantVelocity, NativeMode
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
 from .imm import IMM
-from .parts import FUZZY_RULES, Adaptation
 
 
 @dataclass(frozen=True)
@@ -45,13 +45,13 @@ class FuzzyNoise:
         """What the engine runs."""
         return self.motion.native(axes)
 
-    def adaptation(self, axes: int) -> Adaptation:
+    def adaptation(self, axes: int) -> native.Adaptation:
         """How the engine sets its variance: c₁, 1/s₁, c₂, 1/s₂, w of each rule."""
         c, s = np.asarray(self.rules.centres), np.asarray(self.rules.spreads)
         table = np.column_stack(
             [c[:, 0], 1 / s[:, 0], c[:, 1], 1 / s[:, 1], np.asarray(self.rules.variances)]
         )
-        return FUZZY_RULES, [], False, table.ravel().tolist()
+        return native.Adaptation(kind=native.Adapt.fuzzy_rules, numbers=table.ravel().tolist())
 
     def check_units(self, sensor_sd: float) -> None:
         """Errors: ValueError where the rules are not about such a sensor's residuals (sd in m)."""

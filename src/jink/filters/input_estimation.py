@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from .._engine import native
 from ..checks import probability, whole
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
@@ -53,7 +54,7 @@ class InputEstimation(Bank):
         from ..metrics.chi_square import quantile
 
         threshold = quantile(1 - probability("false_alarm", false_alarm), self.axes)
-        self._prepare(coast=coast, parts=Parts(detect=(length, least, threshold)))
+        self._prepare(coast=coast, parts=Parts(detection=native.Detection(window=length, shortest=least, threshold=threshold)))
 
     def __repr__(self) -> str:
         return f"InputEstimation({self.motions[0]!r}, {', '.join(map(repr, self.sensors))}, window={self.window})"

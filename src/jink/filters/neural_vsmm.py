@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .._engine import native
 from ..models.motion import NativeMode
 from ..models.network import Network
 from ..models.noise_network import ModeNetwork, NoiseNetwork
@@ -15,7 +16,7 @@ from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
 from .bank import Bank
-from .parts import FIRST_ORDER, NETWORK, Adaptation, Parts
+from .parts import LARGEST_LAYER, Parts
 from .plain import COMMON
 
 
@@ -56,14 +57,15 @@ class NetworkNoise:
             raise ValueError(
                 f"NetworkNoise.network: has {self.network.network.inputs} inputs; expected {1 + axes} with {axes} axes"
             )
-        kind, noise, turn, axes, parameters, prior = self.motion.native(axes)
-        return kind, noise, turn, axes, [self.network.start] * axes + parameters[axes:], prior
+        mode = self.motion.native(axes)
+        mode.parameters = [self.network.start] * axes + mode.parameters[axes:]
+        return mode
 
     def check_units(self, sensor_sd: float) -> None:
         """Errors: ValueError where the network was trained on another sensor's residuals (sd in m)."""
         self.network.check_units(sensor_sd)
 
-    def adaptation(self, axes: int) -> Adaptation:
+    def adaptation(self, axes: int) -> native.Adaptation:
         """How the engine sets its variance."""
         n = self.network
         if (n.inputs == "log-nis") != (n.output == "log-variance"):
@@ -73,11 +75,11 @@ class NetworkNoise:
             )
         sizes, numbers = layers(n.network)
         scaling = [v for pair in zip(n.centre, n.scale, strict=True) for v in pair]
-        return (
-            NETWORK,
-            sizes,
-            n.inputs == "log-nis",
-            [*scaling, n.output_centre, n.output_scale, n.least, n.most, *numbers],
+        return native.Adaptation(
+            kind=native.Adapt.network,
+            sizes=sizes,
+            logarithmic=n.inputs == "log-nis",
+            numbers=[*scaling, n.output_centre, n.output_scale, n.least, n.most, *numbers],
         )
 
 
@@ -108,15 +110,20 @@ class NeuralModes(Bank):
         if network.network.outputs != modes:
             raise ValueError(f"network: scores {network.network.outputs} modes, got {modes} motions")
         sizes, numbers = layers(network.network)
-        if max(sizes) > 128:
-            raise ValueError(f"network: expected layers of at most 128, got {max(sizes)}")
+        if max(sizes) > LARGEST_LAYER:
+            raise ValueError(f"network: expected layers of at most {LARGEST_LAYER}, got {max(sizes)}")
         scaling = [v for pair in zip(network.centre, network.scale, strict=True) for v in pair]
-        scores: Adaptation = (NETWORK, sizes, True, [*scaling, float(network.best), *numbers])
+        scores = native.Adaptation(
+            kind=native.Adapt.network,
+            sizes=sizes,
+            logarithmic=True,
+            numbers=[*scaling, float(network.best), *numbers],
+        )
         self._prepare(
             transition=np.eye(modes) if modes > 1 else 1.0,
             mode_probability=np.full(modes, 1 / modes),
             coast=coast,
-            parts=Parts(interaction=FIRST_ORDER, scores=scores),
+            parts=Parts(interaction=native.Interaction.gpb1, scores=scores),
         )
 
     def __repr__(self) -> str:

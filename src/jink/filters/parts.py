@@ -7,72 +7,62 @@ from typing import Any
 
 import numpy as np
 
+from .._engine import native
 from ..checks import Array
 
-# kind, network layers, in logarithms, numbers
-Adaptation = tuple[int, list[int], bool, list[float]]
-FIXED: Adaptation = (0, [], False, [])
-CURRENT_STATISTICAL, FUZZY_LIMITS, FUZZY_RULES, NETWORK = 1, 2, 3, 4  # kinds of adaptation
-MIXED, APART, FIRST_ORDER, SECOND_ORDER = range(4)  # how modes interact
-DIGRAPH, ACTIVE, GRID, DIMENSION = 1, 2, 3, 4  # how modes are proposed
-
-
-@dataclass(frozen=True, kw_only=True)
-class Proposal:
-    """Which modes are alive: kind, slots, the modes a track starts with (-1 none), neighbours of each mode, numbers."""
-
-    kind: int
-    slots: int
-    start: list[float]
-    neighbours: list[list[int]] = field(default_factory=list)
-    numbers: list[float] = field(default_factory=list)
+# the largest layer of a network, and the most membership functions of an ANFIS, that the engine runs
+LARGEST_LAYER = 128
 
 
 @dataclass(frozen=True, kw_only=True)
 class Parts:
-    """interaction of the modes; side, a motion model whose acceleration modes build on; proposal; start, the initial
-    probabilities if they are not those of all modes; chain, the transition's size if it is not that of all modes;
-    scores, a network that weighs; detect (window, shortest, threshold); aid, a learned correction."""
+    """What makes a filter other than an IMM.
 
-    interaction: int = MIXED
+    interaction of the modes; side, a motion model whose acceleration modes build on; proposal, which modes are alive; start, the
+    initial probabilities if they are not those of all modes; chain, the transition's size if it is not that of all modes; scores,
+    a network that weighs; detection of onsets; aid, a learned correction.
+    """
+
+    interaction: native.Interaction = native.Interaction.imm
     side: Any = None
-    proposal: Proposal | None = None
+    proposal: native.Proposal = field(default_factory=native.Proposal)
     start: Array | None = None
     chain: int | None = None
-    scores: Adaptation = FIXED
-    detect: tuple[int, int, float] = (0, 1, 0.0)
-    aid: tuple[int, int, int, int, list[int], list[float]] = (0, 0, 0, 0, [], [])
+    scores: native.Adaptation = field(default_factory=native.Adaptation)
+    detection: native.Detection = field(default_factory=native.Detection)
 
-    def native(self, axes: int) -> tuple[Any, ...]:
-        """What the engine takes after the rules that all filters have."""
-        p = self.proposal
-        propose = (p.kind, p.slots, p.start, p.neighbours, p.numbers) if p else (0, 0, [], [], [])
-        side = [] if self.side is None else [native_mode(self.side, axes)]
-        return (self.interaction, side, propose, self.scores, self.detect, self.aid)
+    def into(self, declaration: native.Declaration, axes: int) -> None:
+        """Write these into what the engine takes."""
+        declaration.interaction, declaration.proposal = self.interaction, self.proposal
+        declaration.scores, declaration.detection = self.scores, self.detection
+        declaration.side = [] if self.side is None else [native_mode(self.side, axes)]
 
 
-def native_mode(motion: Any, axes: int) -> tuple[Any, ...]:
+def native_mode(motion: Any, axes: int) -> native.Mode:
     """A motion model with what sets its noise and its known acceleration, if anything does.
 
     Errors: TypeError where it builds on a motion model of your own.
     """
     inner = getattr(motion, "motion", None)
     if inner is not None and not hasattr(inner, "native"):
-        raise TypeError(
-            f"{type(motion).__name__}.motion: expected one of jink's motion models, got {type(inner).__name__}"
-        )
-    adaptation = motion.adaptation(axes) if hasattr(motion, "adaptation") else FIXED
-    level, around = motion.level(axes) if hasattr(motion, "level") else ([], False)
-    return (*motion.native(axes), adaptation, level, around)
+        raise TypeError(f"{type(motion).__name__}.motion: expected one of jink's motion models, got {type(inner).__name__}")
+    mode = motion.native(axes)
+    if hasattr(motion, "adaptation"):
+        mode.adaptation = motion.adaptation(axes)
+    if hasattr(motion, "level"):
+        mode.level, mode.around_side = motion.level(axes)
+    return mode
 
 
-TWO_STAGE = 7  # kind of motion: its noise depends on the covariance
+def adapts(motion: Any) -> bool:
+    """Does something choose the noise of this motion model anew in each scan?"""
+    return hasattr(motion, "adaptation") and motion.adaptation(1).kind != native.Adapt.none
 
 
-def is_fixed(motion: Any, axes: int) -> bool:
-    """Has this one of jink's motion models the same noise, and no known acceleration of its own, in every scan?"""
-    kind, *_, adaptation, level, _ = native_mode(motion, axes)
-    return not adaptation[0] and not level and kind != TWO_STAGE
+def is_fixed(mode: native.Mode) -> bool:
+    """Has a mode the same noise, and no known acceleration of its own, in every scan?"""
+    adaptive = mode.adaptation.kind != native.Adapt.none or mode.kind == native.MotionKind.two_stage
+    return not adaptive and not mode.level
 
 
 def uniform(count: int, of: int) -> Array:

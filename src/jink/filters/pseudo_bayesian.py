@@ -7,11 +7,12 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
+from .._engine import native
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
 from .imm import IMM
-from .parts import APART, FIRST_ORDER, SECOND_ORDER, Parts
+from .parts import Parts, adapts
 from .plain import LINEARISED
 
 
@@ -23,7 +24,7 @@ class GPB1(IMM):
     """
 
     def _parts(self) -> Parts:
-        return Parts(interaction=FIRST_ORDER)
+        return Parts(interaction=native.Interaction.gpb1)
 
 
 class GPB2(IMM):
@@ -39,11 +40,11 @@ class GPB2(IMM):
             raise ValueError(
                 "motions: in GPB2 a pair of modes has no memory of its own, which modes that adapt to residuals need; use jink.IMM"
             )
-        if any(hasattr(m, "adaptation") and m.adaptation(1)[0] for m in self.motions):
+        if any(adapts(m) for m in self.motions):
             self.not_smoothed = (
                 "a pair's own noise is not kept, and its modes adapt theirs; smooth a jink.IMM of them"
             )
-        return Parts(interaction=SECOND_ORDER)
+        return Parts(interaction=native.Interaction.gpb2)
 
 
 class StaticMM(IMM):
@@ -76,4 +77,4 @@ class StaticMM(IMM):
         )  # fmt: skip
 
     def _parts(self) -> Parts:
-        return Parts(interaction=APART)
+        return Parts(interaction=native.Interaction.none)

@@ -1,12 +1,95 @@
 """The rows a filter is given, checked: measurements, track bounds, noise per row."""
 
-from typing import Any
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from inspect import signature
+from typing import Any, ParamSpec
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..checks import Array
 from ..models.start import Prior
+from ..times import seconds
+
+Arguments = ParamSpec("Arguments")
+
+
+def same_arguments(of: Callable[Arguments, Any]) -> Callable[[Callable[..., Any]], Callable[Arguments, Any]]:
+    """A method takes the arguments of another one, and shows them."""
+
+    def of_this(method: Callable[..., Any]) -> Callable[Arguments, Any]:
+        method.__signature__ = signature(of)  # pyright: ignore[reportFunctionMemberAccess]
+        return method
+
+    return of_this
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Rows of tracks laid end to end, checked: what the engine runs on.
+
+    time (N,), z (N, columns), offsets (B + 1,); of each row or None: sensor, noise (variances or covariances), input; prior x, P.
+    """
+
+    time: Array
+    z: Array
+    offsets: NDArray[np.int64]
+    sensor: NDArray[np.int32] | None
+    noise: Array | None
+    input: Array | None
+    prior: tuple[Array, Array] | tuple[None, None]
+
+    @classmethod
+    def of(
+        cls,
+        time: ArrayLike,
+        z: ArrayLike,
+        *,
+        offsets: ArrayLike | None,
+        sensor: ArrayLike | None,
+        covariance: ArrayLike | None,
+        input: ArrayLike | None,
+        prior: Prior | None,
+        columns: int,
+        sensors: int,
+        axes: int,
+        components: tuple[str, ...],
+    ) -> Batch:
+        """Errors: ValueError or TypeError naming the argument, and the row where there is one."""
+        rows = measurements(z, columns)
+        times = np.ascontiguousarray(seconds(time), dtype=float).reshape(-1)
+        n = len(rows)
+        if len(times) != n:
+            raise ValueError(f"time: has {len(times)} rows where z has {n}")
+        bounds = track_offsets(offsets, n)
+        return cls(
+            times,
+            rows,
+            bounds,
+            sensor_index(sensor, n, sensors),
+            row_noise(covariance, n, columns),
+            None if input is None else array_of("input", input, (n, axes)),
+            (None, None) if prior is None else prior_of_tracks(prior, components, len(bounds) - 1),
+        )
+
+    @property
+    def rows(self) -> int:
+        """How many rows there are."""
+        return len(self.z)
+
+    @property
+    def tracks(self) -> int:
+        """How many tracks there are."""
+        return len(self.offsets) - 1
+
+    def arguments(self) -> tuple[Any, ...]:
+        """In the order in which the engine takes them."""
+        full = self.noise is not None and self.noise.ndim == 3
+        columns = self.z.shape[1]
+        return (self.time, self.z, columns, self.offsets, self.sensor, self.noise, full, self.input, *self.prior)
 
 
 def measurements(z: ArrayLike, columns: int) -> Array:

@@ -1,4 +1,4 @@
-"""The rules that all filters share, checked, in the order in which the engine takes them."""
+"""The rules that all filters share, checked, in the form the native engine takes them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._engine import native
 from ..checks import Array, numbers, positive
 from ..models.outliers import Outliers
 from ..models.start import OnePoint, Prior, TwoPoint
@@ -14,7 +15,7 @@ from ..models.switching import stationary, transition_rule
 from .parts import Parts
 
 
-def engine_rules(
+def declared_rules(
     modes: int,
     initial: TwoPoint | OnePoint | Prior,
     outliers: Outliers | None,
@@ -26,7 +27,7 @@ def engine_rules(
     mixing: str,
     linearisation: str,
     coast: float | None,
-) -> tuple[Any, ...]:
+) -> native.Declaration:
     """Chain, initial probabilities, linearisation, mixing, outliers, coasting, start. Errors name the argument."""
     chain = parts.chain if parts and parts.chain else modes
     continuous, matrix = transition_rule(transition, transition_step, chain)
@@ -42,18 +43,17 @@ def engine_rules(
     start = parts.start if parts else None
     if start is None:
         start = _probabilities(mode_probability, modes, continuous, matrix)
-    return (
-        continuous,
-        matrix.ravel().tolist(),
-        start.tolist(),
-        linearisation == "ukf",
-        mixing == "unbiased",
-        outliers.share if outliers else 0.0,
-        int(outliers.restart_after) if outliers else 0,
-        0.0 if coast is None else positive("coast", coast),
-        isinstance(initial, OnePoint),
-        velocity_sd * velocity_sd,
-    )
+    declaration = native.Declaration()
+    declaration.continuous, declaration.transition = continuous, matrix.ravel().tolist()
+    declaration.initial_probability = start.tolist()
+    declaration.unscented, declaration.unbiased_mixing = linearisation == "ukf", mixing == "unbiased"
+    if outliers is not None:
+        declaration.outlier_share, declaration.restart_after = outliers.share, int(outliers.restart_after)
+    declaration.coast = 0.0 if coast is None else positive("coast", coast)
+    one_point = isinstance(initial, OnePoint)
+    declaration.start = native.Start.one_point if one_point else native.Start.two_point
+    declaration.velocity_variance = velocity_sd * velocity_sd
+    return declaration
 
 
 def _probabilities(given: ArrayLike | None, modes: int, continuous: bool, matrix: Array) -> Array:

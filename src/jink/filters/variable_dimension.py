@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from .._engine import native
 from ..checks import probability, whole
 from ..models.motion import ConstantAcceleration, ConstantVelocity
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
 from .bank import Bank
-from .parts import APART, DIMENSION, Parts, Proposal
+from .parts import Parts
 from .plain import COMMON
 
 
@@ -55,8 +56,8 @@ class VariableDimension(Bank):
         whole("window", window, 2, 64, " of scans")
         probability("false_alarm", false_alarm)
         probability("missed_end", missed_end)
-        proposal = Proposal(kind=DIMENSION, slots=2, start=[0.0, -1.0], numbers=self._thresholds())
-        parts: Any = Parts(interaction=APART, proposal=proposal, start=np.array([1.0, 0.0]))
+        proposal = native.Proposal(kind=native.Propose.dimension, slots=2, start=[0.0, -1.0], numbers=self._thresholds())
+        parts: Any = Parts(interaction=native.Interaction.none, proposal=proposal, start=np.array([1.0, 0.0]))
         self._prepare(transition=0.5, coast=coast, parts=parts)
 
     def _thresholds(self) -> list[float]:

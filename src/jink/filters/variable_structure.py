@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._engine import native
 from ..checks import Array, positive, whole
 from ..models.motion import ConstantVelocity
 from ..models.outliers import Outliers
@@ -15,7 +16,7 @@ from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
 from ..models.switching import Sojourn, transition_rule
 from .bank import Bank
-from .parts import ACTIVE, DIGRAPH, GRID, Parts, Proposal, uniform
+from .parts import Parts, adapts, uniform
 from .plain import COMMON
 
 LARGEST = 64  # modes alive at once
@@ -42,8 +43,8 @@ class _VariableStructure(Bank):
     def _alike(self) -> bool:
         """Do the modes differ in numbers only? Then a few slots take on the numbers of those that are alive."""
         natives = [m.native(self.axes) for m in self.motions]
-        plain = not any(hasattr(m, "adaptation") and m.adaptation(self.axes)[0] for m in self.motions)
-        return plain and len({(n[:4], tuple(n[5])) for n in natives}) == 1
+        plain = not any(adapts(m) for m in self.motions)
+        return plain and all(natives[0].alike(n) for n in natives)
 
     def _slots(self, alive: int) -> int:
         slots = alive if self._alike else len(self.motions)
@@ -65,7 +66,7 @@ class _VariableStructure(Bank):
 class _Digraph(_VariableStructure):
     """Modes on a graph; what a subclass says is how many of them are alive at most."""
 
-    _kind: ClassVar[int]
+    _kind: ClassVar[native.Propose]
 
     def __init__(
         self,
@@ -87,7 +88,7 @@ class _Digraph(_VariableStructure):
         slots = self._slots(alive)
         others = [j for j in near[first_mode] if j != first_mode]
         first = self._placed(sorted([first_mode, *others[: alive - 1]]), slots)
-        proposal = Proposal(
+        proposal = native.Proposal(
             kind=self._kind, slots=slots, start=first, neighbours=near, numbers=[float(alive)]
         )
         parts = Parts(proposal=proposal, start=_begun(first, first_mode))
@@ -111,7 +112,7 @@ class DigraphSwitching(_Digraph):
 
     arguments = ("transition", "graph", "first_mode", *COMMON)
 
-    _kind = DIGRAPH
+    _kind = native.Propose.digraph
 
     def _most_alive(self, near: list[list[int]]) -> int:
         return max(map(len, near))
@@ -126,7 +127,7 @@ class ActiveDigraph(_Digraph):
 
     arguments = ("transition", "alive", "graph", "first_mode", *COMMON)
 
-    _kind = ACTIVE
+    _kind = native.Propose.active
 
     def __init__(
         self,
@@ -182,7 +183,7 @@ class AdaptiveGrid(_VariableStructure):
         if not positive("unlikely", unlikely, zero=True) < positive("likely", likely) <= 1:
             raise ValueError(f"unlikely: expected 0 ≤ unlikely < likely ≤ 1, got {unlikely:g} and {likely:g}")
         numbers = [float(least_step), float(unlikely), float(likely)]
-        proposal = Proposal(kind=GRID, slots=3, start=[0.0, last / 2, last], numbers=numbers)
+        proposal = native.Proposal(kind=native.Propose.grid, slots=3, start=[0.0, last / 2, last], numbers=numbers)
         self._prepare(
             transition=transition, coast=coast, parts=Parts(proposal=proposal, start=uniform(3, 3), chain=3)
         )

@@ -101,8 +101,8 @@ def _simulated(scenario: Scenario, runs: int, first: int, seed: int, family: int
         components = tuple(c + a for c in "pv" for a in seen)
     noise = None
     native = sensor.native()
-    if isinstance(sensor, Position | PositionVelocity) and not native[6]:
-        noise = np.broadcast_to(np.array(native[9][: z.shape[1]]), z.shape)
+    if isinstance(sensor, Position | PositionVelocity) and not native.correlated:
+        noise = np.broadcast_to(np.array(native.noise[: z.shape[1]]), z.shape)
     return Tracks(
         time,
         z,
@@ -250,7 +250,7 @@ def check_truth(truth: Array, components: Sequence[str], recording: Recording) -
     """Errors: InputError where the truth lies nowhere near the measurements."""
     if not isinstance(recording.sensor, Position):
         raise InputError("--truth: is compared with positions in metres; this file measures something else")
-    sd = np.sqrt(recording.sensor.native()[9])
+    sd = np.sqrt(recording.sensor.native().noise)
     for k, name in enumerate(components):
         axis = "xyz".index(name[1])
         if name[0] != "p" or axis >= recording.z.shape[1]:

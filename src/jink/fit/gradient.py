@@ -8,13 +8,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .. import _engine
+from .._engine import Engine, native
 from ..checks import Array, thread_count
-from ..filters.rows import array_of, measurements, prior_of_tracks, row_noise, sensor_index, track_offsets
-from ..times import seconds
+from ..filters.rows import Batch, array_of
+from ..models.start import Prior
 
 Figure = Literal["likelihood", "prediction", "tracking"]
-FIGURES: tuple[Figure, ...] = ("likelihood", "prediction", "tracking")
+FIGURES: dict[Figure, native.Figure] = {
+    "likelihood": native.Figure.log_likelihood,
+    "prediction": native.Figure.prediction_error,
+    "tracking": native.Figure.tracking_error,
+}
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,7 @@ class Tracks:
 def differentiable(filter: Any) -> bool:
     """Can the engine differentiate this filter? Models of your own, filters that choose among modes, watch for onsets or are
     aided by networks say no."""
-    return isinstance(filter._engine, _engine.Engine) and _engine.native.differentiable(filter._engine)
+    return isinstance(filter.engine, Engine) and native.differentiable(filter.engine)
 
 
 def gradient(
@@ -95,21 +99,23 @@ def gradient(
         raise TypeError(f"{filter!r} cannot be differentiated: fit it without gradients")
     if figure not in FIGURES:
         raise ValueError(f"figure: expected one of {', '.join(FIGURES)}, got {figure!r}")
-    columns = filter._columns
-    z = measurements(tracks.z, columns)
-    n = len(z)
-    time = array_of("time", np.asarray(seconds(tracks.time), dtype=float), (n,))
-    offsets = track_offsets(tracks.offsets, n)
-    noise = row_noise(tracks.covariance, n, columns)
-    which = sensor_index(tracks.sensor, n, len(filter.sensors))
-    prior = (
-        prior_of_tracks(filter.initial, filter.components, len(tracks))
-        if hasattr(filter.initial, "P")
-        else (None, None)
+    columns, prior = filter.columns, filter.initial if isinstance(filter.initial, Prior) else None
+    batch = Batch.of(
+        tracks.time,
+        tracks.z,
+        offsets=tracks.offsets,
+        sensor=tracks.sensor,
+        covariance=tracks.covariance,
+        input=None,
+        prior=prior,
+        columns=columns,
+        sensors=len(filter.sensors),
+        axes=filter.axes,
+        components=filter.components,
     )
     components, truth = _target(filter, tracks) if figure == "tracking" else ([], None)
     c = 1 if figure == "likelihood" else columns if figure == "prediction" else len(components)
-    weights = None if weight is None else array_of("weight", weight, (n, c))
+    weights = None if weight is None else array_of("weight", weight, (batch.rows, c))
     directions = np.ascontiguousarray(tangents, dtype=float)
     numbers = filter.numbers.size
     if directions.ndim != 2 or directions.shape[1] != numbers:
@@ -117,10 +123,19 @@ def gradient(
     if int(ahead) != ahead or ahead < 1:
         raise ValueError(f"ahead: expected a number of scans from 1, got {ahead!r}")
     value, slope = np.empty((len(tracks), c)), np.empty((len(directions), len(tracks), c))
-    _engine.native.gradient(
-        filter._engine, time, z, columns, offsets, which, noise, noise is not None and noise.ndim == 3, None, *prior,
-        FIGURES.index(figure), int(ahead), components, truth, weights, directions, value, slope, thread_count(threads),
-    )  # fmt: skip
+    native.gradient(
+        filter.engine,
+        *batch.arguments(),
+        FIGURES[figure],
+        int(ahead),
+        components,
+        truth,
+        weights,
+        directions,
+        value,
+        slope,
+        thread_count(threads),
+    )
     return value, slope
 
 

@@ -13,12 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
+from .._engine import native
 from ..checks import PerAxis, exactly_one, per_axis, positive
 
-# kind, noise, turn noise, axes, parameters, prior variance of each component: what the engine takes
-NativeMode = tuple[int, int, int, int, list[float], list[float]]
-PIECEWISE, CONTINUOUS = 0, 1
-WITHOUT_ACCELERATION = {0, 3, 4}  # kinds whose state is [p v] per axis
+# what the engine takes of a motion model
+NativeMode = native.Mode
+MotionKind, NoiseKind = native.MotionKind, native.NoiseKind
 
 
 def _variances(name: str, value: PerAxis, axes: int) -> list[float]:
@@ -27,8 +27,8 @@ def _variances(name: str, value: PerAxis, axes: int) -> list[float]:
     return [v * v for v in values] if name.endswith("_sd") else values
 
 
-def _kind(name: str) -> int:
-    return CONTINUOUS if name.endswith("_psd") else PIECEWISE
+def _kind(name: str) -> NoiseKind:
+    return NoiseKind.continuous if name.endswith("_psd") else NoiseKind.piecewise
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,13 @@ class ConstantVelocity:
     def native(self, axes: int) -> NativeMode:
         """What the engine runs."""
         name, value = self._noise()
-        return 0, _kind(name), PIECEWISE, axes, _variances(name, value, axes), [0.0] * (2 * axes)
+        return NativeMode(
+            kind=MotionKind.constant_velocity,
+            noise=_kind(name),
+            axes=axes,
+            parameters=_variances(name, value, axes),
+            prior_variance=[0.0] * (2 * axes),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +101,13 @@ class ConstantAcceleration:
             for a in per_axis("acceleration_prior_sd", self.acceleration_prior_sd, axes)
             for v in (0.0, 0.0, a * a)
         ]
-        return 1, _kind(name), PIECEWISE, axes, _variances(name, value, axes), prior
+        return NativeMode(
+            kind=MotionKind.constant_acceleration,
+            noise=_kind(name),
+            axes=axes,
+            parameters=_variances(name, value, axes),
+            prior_variance=prior,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,7 +130,12 @@ class Singer:
         """What the engine runs."""
         variances = _variances("acceleration_sd", self.acceleration_sd, axes)
         prior = [v for a in variances for v in (0.0, 0.0, max(a, 1e-300))]
-        return 2, PIECEWISE, PIECEWISE, axes, [*variances, float(self.time_constant)], prior
+        return NativeMode(
+            kind=MotionKind.singer,
+            axes=axes,
+            parameters=[*variances, float(self.time_constant)],
+            prior_variance=prior,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,13 +173,13 @@ class CoordinatedTurn:
         name, value, turn, turn_value = self._noise()
         _needs_a_plane(self, axes)
         parameters = [*_variances(name, value, axes), *_variances(turn, turn_value, 1)]
-        return (
-            3,
-            _kind(name),
-            _kind(turn),
-            axes,
-            parameters,
-            [0.0] * (2 * axes) + [self.turn_rate_prior_sd**2],
+        return NativeMode(
+            kind=MotionKind.coordinated_turn,
+            noise=_kind(name),
+            turn_noise=_kind(turn),
+            axes=axes,
+            parameters=parameters,
+            prior_variance=[0.0] * (2 * axes) + [self.turn_rate_prior_sd**2],
         )
 
 
@@ -198,13 +215,12 @@ class KnownTurn:
         """What the engine runs."""
         name, value = self._noise()
         _needs_a_plane(self, axes)
-        return (
-            4,
-            _kind(name),
-            PIECEWISE,
-            axes,
-            [*_variances(name, value, axes), float(self.turn_rate)],
-            [0.0] * (2 * axes),
+        return NativeMode(
+            kind=MotionKind.known_turn,
+            noise=_kind(name),
+            axes=axes,
+            parameters=[*_variances(name, value, axes), float(self.turn_rate)],
+            prior_variance=[0.0] * (2 * axes),
         )
 
 
@@ -256,7 +272,7 @@ def mode_names(motions: Sequence[object]) -> tuple[str, ...]:
 
 def component_names(motions: Sequence[Motion], axes: int) -> tuple[str, ...]:
     """The components an estimate is reported in: the union over the modes, per axis, then the turn rate."""
-    kinds = {m.native(axes)[0] for m in motions}
-    per = ("p", "v") if kinds <= WITHOUT_ACCELERATION else ("p", "v", "a")
+    modes = [m.native(axes) for m in motions]
+    per = ("p", "v", "a") if any(m.has_acceleration for m in modes) else ("p", "v")
     names = tuple(f"{c}{axis}" for axis in "xyz"[:axes] for c in per)
-    return (*names, "turn_rate") if 3 in kinds else names
+    return (*names, "turn_rate") if any(m.has_turn_rate for m in modes) else names

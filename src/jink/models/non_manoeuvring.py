@@ -27,4 +27,4 @@ def non_manoeuvring_modes(motions: Sequence[Any], axes: int) -> tuple[bool, ...]
 
 def _noise_sd(motion: Any, axes: int) -> float:
     """Of the acceleration along the first axis; a density counts as that of steps of one second, a model of your own as none."""
-    return sqrt(motion.native(axes)[4][0]) if hasattr(motion, "native") else 0.0
+    return sqrt(motion.native(axes).parameters[0]) if hasattr(motion, "native") else 0.0

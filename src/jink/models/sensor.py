@@ -13,11 +13,13 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._engine import native
 from ..checks import PerAxis, covariance, exactly_one, packed, per_axis, positive
 from .outliers import Outliers
 
-# kind, axes, rows, vertical, range rate, from north, correlated, converted, site, noise, log extent: what the engine takes
-NativeSensor = tuple[int, int, int, int, bool, bool, bool, bool, list[float], list[float], list[float]]
+# what the engine takes of a sensor
+NativeSensor = native.Sensor
+SensorKind, Vertical = native.SensorKind, native.Vertical
 
 
 def _axes(axes: int) -> int:
@@ -62,7 +64,9 @@ class Position:
         sd = None if self.sd is None else per_axis("sd", self.sd, self.axes)
         correlated, noise = _noise(sd, self.covariance, self.axes)
         extent = _extents(outliers, "p" * self.axes)
-        return 0, self.axes, self.axes, 0, False, True, correlated, False, [0.0] * 3, noise, extent
+        return NativeSensor(
+            kind=SensorKind.position, axes=self.axes, rows=self.axes, noise=noise, correlated=correlated, log_extent=extent
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +100,14 @@ class PositionVelocity:
             sd = per_axis("sd", self.sd, self.axes) + per_axis("velocity_sd", self.velocity_sd, self.axes)
         correlated, noise = _noise(sd, self.covariance, 2 * self.axes)
         extent = _extents(outliers, "p" * self.axes + "v" * self.axes)
-        return 1, self.axes, 2 * self.axes, 0, False, True, correlated, False, [0.0] * 3, noise, extent
+        return NativeSensor(
+            kind=SensorKind.position_velocity,
+            axes=self.axes,
+            rows=2 * self.axes,
+            noise=noise,
+            correlated=correlated,
+            log_extent=extent,
+        )
 
     @staticmethod
     def from_speed_course(
@@ -150,9 +161,15 @@ class Bearing:
     def native(self, outliers: Outliers | None = None) -> NativeSensor:
         """What the engine runs."""
         noise = [positive("sd", self.sd) ** 2]
-        north = _reference(self.reference)
-        axes = _plane("Bearing", self.axes)
-        return 2, axes, 1, 0, False, north, False, False, _site(self.site), noise, _extents(outliers, "a")
+        return NativeSensor(
+            kind=SensorKind.bearing,
+            axes=_plane("Bearing", self.axes),
+            rows=1,
+            noise=noise,
+            log_extent=_extents(outliers, "a"),
+            from_north=_reference(self.reference),
+            site=_site(self.site),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,26 +228,28 @@ class Polar:
         sds = {"range": self.range_sd, "azimuth": self.azimuth_sd, "elevation": self.elevation_sd}
         sds |= {"height": self.height_sd, "range_rate": self.range_rate_sd}
         noise = [positive(f"{name}_sd", sds[name] or 0.0) ** 2 for name in self.components]
-        vertical = 1 if self.elevation_sd is not None else 2 if self.height_sd is not None else 0
         kinds = {"range": "p", "height": "p", "azimuth": "a", "elevation": "a", "range_rate": "v"}
         converted = self.method == "converted"
         axes = _plane("Polar", self.axes or 2)
         extent = _extents(outliers, "p" * axes if converted else "".join(kinds[c] for c in self.components))
-        doppler = self.range_rate_sd is not None
-        north = _reference(self.reference)
-        return (
-            3,
-            axes,
-            len(noise),
-            vertical,
-            doppler,
-            north,
-            False,
-            converted,
-            _site(self.site),
-            noise,
-            extent,
+        return NativeSensor(
+            kind=SensorKind.polar,
+            axes=axes,
+            rows=len(noise),
+            noise=noise,
+            log_extent=extent,
+            vertical=self._vertical,
+            range_rate=self.range_rate_sd is not None,
+            from_north=_reference(self.reference),
+            converted=converted,
+            site=_site(self.site),
         )
+
+    @property
+    def _vertical(self) -> Vertical:
+        if self.elevation_sd is not None:
+            return Vertical.elevation
+        return Vertical.none if self.height_sd is None else Vertical.height
 
 
 def _reference(reference: str) -> bool:

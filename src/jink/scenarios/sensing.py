@@ -138,7 +138,7 @@ def _in_axes(values: Array, axes: int) -> Array:
 
 def noise_factor(sensor: Sensor) -> Array:
     """L with L Lᵀ = R."""
-    m, noise, correlated = len(sensor.components), sensor.native()[9], sensor.native()[6]
+    m, noise, correlated = len(sensor.components), sensor.native().noise, sensor.native().correlated
     if not correlated:
         return np.diag(np.sqrt(noise))
     R = np.zeros((m, m))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _engine
+from .._engine import native
 
 Array = NDArray[Any]  # of floats, indices or flags; the first axis is the track
 Batch = Callable[[Array], Array]
@@ -144,12 +144,12 @@ def regression(function: Batch, x: Array, P: Array) -> tuple[Array, Array, Array
     They belong together: the covariance of g is slopes P slopesᵀ + spread. The points are the engine's.
     """
     tracks, n = x.shape
-    L = _engine.native.root(np.ascontiguousarray(P))
+    L = native.root(np.ascontiguousarray(P))
     step = np.sqrt(n) * L.transpose(2, 0, 1)
     g = function(np.concatenate([x + step, x - step]).reshape(-1, n)).reshape(2, n, tracks, -1)
     middle, half = 0.5 * (g[0] + g[1]), (g[0] - g[1]) * (0.5 / np.sqrt(n))
     mean = middle.mean(axis=0)
-    slopes = _engine.native.solve(
+    slopes = native.solve(
         L, np.ascontiguousarray(half.transpose(1, 0, 2)), transposed=True
     ).transpose(0, 2, 1)
     away = middle - mean

@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from .. import _engine
+from .._engine import native
 from ..checks import positive
 from ..models.motion import KnownTurn, component_names
 from .functions import Array, StepFunction, jacobian_by_differences, regression
@@ -31,12 +31,12 @@ class LibraryMode:
         self.owner = type(motion).__name__
         self._native, self._unscented = motion.native(axes), unscented
         self.components = component_names([motion], axes)
-        self.prior = np.array(self._native[5])
+        self.prior = np.array(self._native.prior_variance)
         self.known_turn = float(motion.turn_rate) if isinstance(motion, KnownTurn) else None
 
     def linearise(self, dt: Array, x: Array, P: Array, u: Array | None) -> tuple[Array, Array, Array]:
         """As :class:`Mode`."""
-        return _engine.native.linearise_motion(self._native, self._unscented, dt, x, P, u)
+        return native.linearise_motion(self._native, self._unscented, dt, x, P, u)
 
 
 class OwnMode:
@@ -127,9 +127,9 @@ def _components(motion: Any, owner: str, axes: int) -> tuple[str, ...]:
     names = tuple(given)
     if not names or len(set(names)) != len(names) or not all(isinstance(name, str) for name in names):
         raise ValueError(f"{owner}.components: expected different names, got {given!r}")
-    if len(names) > _engine.native.largest_own:
+    if len(names) > native.largest_own:
         raise ValueError(
-            f"{owner}.components: expected at most {_engine.native.largest_own}, got {len(names)}"
+            f"{owner}.components: expected at most {native.largest_own}, got {len(names)}"
         )
     return names
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import _engine
+from .._engine import native
 from ..models.outliers import Outliers
 from .components import Seen, union
 from .functions import Array
@@ -20,13 +20,17 @@ class Scan:
     """One scan of a bank of modes on sensors, any of them the user's own. The arguments are the engine's."""
 
     def __init__(
-        self, motions: Sequence[Any], sensors: Sequence[Any], axes: int, outliers: Outliers | None,
-        given_prior: bool, continuous: bool, transition: Sequence[float], mode_probability: Sequence[float],
-        unscented: bool, unbiased: bool, share: float, restart_after: int, coast: float, one_point: bool,
-        velocity_variance: float,
-    ) -> None:  # fmt: skip
-        self.axes, self.unbiased = axes, unbiased
-        self.share, self.restart_after, self.coast = share, restart_after, coast
+        self,
+        motions: Sequence[Any],
+        sensors: Sequence[Any],
+        axes: int,
+        outliers: Outliers | None,
+        given_prior: bool,
+        declaration: native.Declaration,
+    ) -> None:
+        d, unscented = declaration, declaration.unscented
+        self.axes, self.unbiased = axes, d.unbiased_mixing
+        self.share, self.restart_after, self.coast = d.outlier_share, d.restart_after, d.coast
         self.modes: list[Mode] = [
             LibraryMode(m, axes, unscented) if hasattr(m, "native") else OwnMode(m, axes, unscented)
             for m in motions
@@ -39,12 +43,13 @@ class Scan:
         self.components = union(self.modes)
         self.columns = max(look.rows for look in self.looks)
         self.starts = any(look.starts for look in self.looks)
-        check_priors(self.modes, self.starts and (not given_prior or share > 0 or coast > 0))
+        check_priors(self.modes, self.starts and (not given_prior or d.outlier_share > 0 or d.coast > 0))
         self.views = [[View(look, mode, unscented) for mode in self.modes] for look in self.looks]
         self.reported = [Seen(mode, self.components) for mode in self.modes]
-        self._transition = (continuous, [float(v) for v in np.ravel(transition)], len(self.modes))
-        self.initial_probability = np.asarray(mode_probability, dtype=float)
-        self.start = Start(self.modes, self.initial_probability, axes, one_point, velocity_variance)
+        self._transition = (d.continuous, d.transition, len(self.modes))
+        self.initial_probability = np.asarray(d.initial_probability, dtype=float)
+        one_point = d.start == native.Start.one_point
+        self.start = Start(self.modes, self.initial_probability, axes, one_point, d.velocity_variance)
         self._at = [[_places(j.components, i.components) for i in self.modes] for j in self.modes]
 
     def new(self, tracks: int) -> States:
@@ -65,7 +70,7 @@ class Scan:
 
     def transition(self, dt: Array) -> Array:
         """Mode transition probabilities (B, M, M) over elapsed times."""
-        return _engine.native.transition_over(*self._transition, dt)
+        return native.transition_over(*self._transition, dt)
 
     def source(self, j: int, i: int, x: list[Array], P: list[Array]) -> tuple[Array, Array]:
         """Mode i's estimate as mode j sees it: what i lacks is of j's prior, or (unbiased) of j."""
@@ -108,7 +113,7 @@ class Scan:
         ahead = []
         for j in modes:
             xs, Ps = zip(*(self.source(j, i, s.x, s.P) for i in modes), strict=True)
-            x, P = _engine.native.mix(xs, Ps, np.ascontiguousarray(weights[:, :, j]))
+            x, P = native.mix(xs, Ps, np.ascontiguousarray(weights[:, :, j]))
             ahead.append(self.predict(j, dt, x, P, u))
         return Predicted([x for x, _ in ahead], [P for _, P in ahead], prior)
 
@@ -155,7 +160,7 @@ class Scan:
         innovations = []
         for j, view in enumerate(self.views[i]):
             y, H, added = view.linearise(ahead.x[j], ahead.P[j], m.z, m.present & s.started[:, None])
-            s.x[j], s.P[j], *v = _engine.native.update(ahead.x[j], ahead.P[j], y, H, m.R + added, m.present)
+            s.x[j], s.P[j], *v = native.update(ahead.x[j], ahead.P[j], y, H, m.R + added, m.present)
             innovations.append((*v, np.where(m.present, y, 0.0)))
         nis, det, e, S, joint, y = ([v[k] for v in innovations] for k in range(6))
         out = Outcome.new(len(z), self.columns)
@@ -214,7 +219,7 @@ class Scan:
         if len(seen) == 1:
             return seen[0]
         xs, Ps = zip(*seen, strict=True)
-        return _engine.native.mix(xs, Ps, probability)
+        return native.mix(xs, Ps, probability)
 
     def _report(self, j: int, x: Array, P: Array) -> tuple[Array, Array]:
         view = self.reported[j]

@@ -7,9 +7,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from .. import _engine
+from .._engine import native
 from ..checks import covariance, positive
 from ..models.outliers import Outliers
+from ..models.sensor import SensorKind
 from .components import Seen, union
 from .functions import Array, ModelError, call, checked, jacobian_by_differences, regression
 from .modes import Mode
@@ -69,59 +70,34 @@ class LibrarySensor:
 
     def __init__(self, sensor: Any, outliers: Outliers | None) -> None:
         self.owner = type(sensor).__name__
-        (
-            kind,
-            self.axes,
-            self.rows,
-            vertical,
-            range_rate,
-            north,
-            correlated,
-            converted,
-            site,
-            noise,
-            extent,
-        ) = sensor.native(outliers)
-        self._native = (
-            kind,
-            self.axes,
-            self.rows,
-            vertical,
-            range_rate,
-            north,
-            correlated,
-            converted,
-            site,
-            noise,
-            extent,
-        )
-        self._converted = converted
-        self._seen = (
-            (0, self.axes, self.axes, 0, False, north, False, False, site, [], [])
-            if converted
-            else self._native
-        )
+        n = self._native = sensor.native(outliers)
+        self.axes, self.rows, self._converted = n.axes, n.rows, n.converted
+        # what is converted is seen as a position
+        position = native.Sensor(kind=SensorKind.position, axes=n.axes, rows=n.axes, noise=[], log_extent=[])
+        self._seen = position if n.converted else n
         self.state = tuple(f"{c}{axis}" for axis in "xyz"[: self.axes] for c in "pv")
-        self.needs = self.state if range_rate or kind == 1 else self.state[::2]
-        self.linear = kind in (0, 1) or converted
-        self.starts = kind in (0, 1) or (kind == 3 and (self.axes == 2 or vertical > 0))
+        self.linear = n.kind in (SensorKind.position, SensorKind.position_velocity) or n.converted
+        needs_velocity = n.range_rate or n.kind == SensorKind.position_velocity
+        self.needs = self.state if needs_velocity else self.state[::2]
+        located = n.kind == SensorKind.polar and (self.axes == 2 or n.vertical != native.Vertical.none)
+        self.starts = n.kind in (SensorKind.position, SensorKind.position_velocity) or located
         self.R = np.zeros((self.rows, self.rows))
-        if correlated:
+        if n.correlated:
             lower = np.tril_indices(self.rows)
-            self.R[lower] = self.R.T[lower] = noise
+            self.R[lower] = self.R.T[lower] = n.noise
         else:
-            np.fill_diagonal(self.R, noise)
-        self.log_extent = np.array(extent)
-        angles = {"azimuth", "elevation"} if not converted else set()
+            np.fill_diagonal(self.R, n.noise)
+        self.log_extent = np.array(n.log_extent)
+        angles = {"azimuth", "elevation"} if not n.converted else set()
         self._angles = [r for r, name in enumerate(sensor.components) if name in angles]
 
     def h(self, X: Array) -> Array:
         """As :class:`Look`."""
-        return _engine.native.observe_sensor(self._seen, X)[0]
+        return native.observe_sensor(self._seen, X)[0]
 
     def jacobian(self, X: Array) -> Array:
         """As :class:`Look`."""
-        return _engine.native.observe_sensor(self._seen, X)[1]
+        return native.observe_sensor(self._seen, X)[1]
 
     def residual(self, z: Array, h: Array) -> Array:
         """As :class:`Look`."""
@@ -139,7 +115,7 @@ class LibrarySensor:
 
     def fix(self, z: Array, R: Array, present: Array) -> Fix:
         """As :class:`Look`."""
-        position, velocity, *rest = _engine.native.position_of(self._native, z, R, present)
+        position, velocity, *rest = native.position_of(self._native, z, R, present)
         return Fix(position > 0, velocity > 0, *rest)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import _engine
+from .._engine import native
 from .functions import Array, at_scan
 from .scan import Scan
 from .states import Record, Rows
@@ -82,8 +82,8 @@ def _one(engine: Scan, now: Record, later: Record, xs: Array, Ps: Array) -> tupl
     ahead, F, Q = engine.modes[0].linearise(later.dt, x, P, later.input)
     FP = F @ P
     P_ahead = _grown(_symmetric(FP @ F.transpose(0, 2, 1) + Q))
-    root = _engine.native.root(P_ahead)
-    C = _engine.native.solve(root, _engine.native.solve(root, FP), transposed=True).transpose(0, 2, 1)
+    root = native.root(P_ahead)
+    C = native.solve(root, native.solve(root, FP), transposed=True).transpose(0, 2, 1)
     G = np.eye(n) - C @ F
     smoothed = x + _times(C, xs - ahead)
     return smoothed, _symmetric(G @ P @ G.transpose(0, 2, 1) + C @ (Q + Ps) @ C.transpose(0, 2, 1))
@@ -98,7 +98,7 @@ class Several:
         self._next = [
             self._add_measurements(j, messages.J[j], messages.h[j], messages.s[j]) for j in self.modes
         ]
-        self._roots = [_engine.native.root(P) for P in now.P]
+        self._roots = [native.root(P) for P in now.P]
         pi = engine.transition(later.dt)
         link = np.log(np.maximum(pi * now.probability[:, :, None], LEAST))
         pairs = [[self._pair(i, j, link[:, i, j]) for j in self.modes] for i in self.modes]
@@ -117,9 +117,9 @@ class Several:
             y, H, _ = views[j].linearise(x, P, m.z, m.present, unscented=False)
             both = m.present[:, :, None] & m.present[:, None, :]
             R = np.where(both, m.R, np.eye(y.shape[1]))
-            root = _engine.native.root(R)
-            y = _engine.native.solve(root, np.where(m.present, y, 0.0)[:, :, None])[:, :, 0]
-            H = _engine.native.solve(root, np.where(m.present[:, :, None], H, 0.0))
+            root = native.root(R)
+            y = native.solve(root, np.where(m.present, y, 0.0)[:, :, None])[:, :, 0]
+            H = native.solve(root, np.where(m.present[:, :, None], H, 0.0))
             s = s - 0.5 * (y * y).sum(axis=1)
             h = h + _times(H.transpose(0, 2, 1), y)
             J = J + H.transpose(0, 2, 1) @ H
@@ -179,13 +179,13 @@ def _integrate(J: Array, h: Array, s: Array, Q: Array) -> tuple[Array, Array, Ar
 
     J ← R (C Cᵀ)⁻¹ Rᵀ, h ← R (C Cᵀ)⁻¹ g: nothing large is subtracted, however large the noise.
     """
-    R = _engine.native.root(J, semidefinite=True)
+    R = native.root(J, semidefinite=True)
     real = np.einsum("bii->bi", R) > 0  # h has nothing where R has a column of zeros
     solvable = R.copy()
     np.einsum("bii->bi", solvable)[~real] = 1.0
-    g = np.where(real, _engine.native.solve(solvable, h[:, :, None])[:, :, 0], 0.0)
+    g = np.where(real, native.solve(solvable, h[:, :, None])[:, :, 0], 0.0)
     W, C = _halves(R, Q)
-    after = _engine.native.solve(C, g[:, :, None])[:, :, 0]
+    after = native.solve(C, g[:, :, None])[:, :, 0]
     s = s + 0.5 * ((g * g).sum(axis=1) - (after * after).sum(axis=1) - _log_det(C))
     return _symmetric(W.transpose(0, 2, 1) @ W), _times(W.transpose(0, 2, 1), after), s
 
@@ -199,8 +199,8 @@ def _parallel_sum(L: Array, J: Array) -> tuple[Array, Array]:
 def _halves(L: Array, J: Array) -> tuple[Array, Array]:
     """C Cᵀ = I + Lᵀ J L and W = C⁻¹ Lᵀ."""
     across = L.transpose(0, 2, 1)
-    C = _engine.native.root(np.eye(L.shape[1]) + across @ J @ L, least=1.0)
-    return _engine.native.solve(C, across), C
+    C = native.root(np.eye(L.shape[1]) + across @ J @ L, least=1.0)
+    return native.solve(C, across), C
 
 
 def _log_det(C: Array) -> Array:

@@ -4,7 +4,7 @@ from math import erfc
 
 import numpy as np
 
-from .. import _engine
+from .._engine import native
 from .functions import Array
 from .states import Outcome, States
 
@@ -24,8 +24,8 @@ def weigh(s: States, prior: Array, nis: list[Array], det: list[Array], out: Outc
 
 def matched_nis(y: list[Array], joint: list[Array], prior: Array) -> Array:
     """NIS of the innovation moment-matched over the modes; nothing is present where y is 0 and S is 1."""
-    mean, S = (y[0], joint[0]) if len(y) == 1 else _engine.native.mix(y, joint, prior)
-    whitened = _engine.native.solve(_engine.native.root(S), mean[:, :, None])[:, :, 0]
+    mean, S = (y[0], joint[0]) if len(y) == 1 else native.mix(y, joint, prior)
+    whitened = native.solve(native.root(S), mean[:, :, None])[:, :, 0]
     return (whitened * whitened).sum(axis=1)
 
 
