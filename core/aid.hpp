@@ -76,50 +76,11 @@ template <class T> class Anfis {
 
 template <class T> class Aid {
   public:
-    explicit Aid(const Composition<T> &composition) : c(composition), d(c.declared.aid), combine(composition), numbers(Composition<T>::numbers(d.numbers)) {
-        if (!active()) return;
-        const int used = 4 * d.inputs + d.outputs + 1;
-        if (d.model == AidModel::network) {
-            network.sizes = d.sizes;
-            network.numbers.assign(numbers.begin() + used, numbers.end());
-        } else {
-            anfis = Anfis<T>(d.model, d.sizes, d.outputs, &numbers[used]);
-        }
-        correction.assign(c.reported.n, splat<T>(0.0));
-    }
+    explicit Aid(const Composition<T> &composition);
     bool active() const { return d.kind != AidInputs::none; }
     std::vector<T> correction;  // of each reported component, after a scan
 
-    void operator()(Step<T> &step, TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o) {
-        const int n = c.reported.n, axes = c.reported.axes, block = c.reported.block;
-        T before[largest_state], P[packed_size(largest_state)], after[largest_state];
-        const Fix<T> fix = step.position_of(scan);
-        const Mask<T> taken = o.scored & inverse(o.gated) & fix.position;
-        step.ahead.merge_pairs();
-        combine(step.ahead.predicted.data(), step.ahead.prior.data(), before, P);
-        combine(s.arena.data(), s.probability.data(), after, nullptr);
-        for (int i = 0; i < n; ++i) correction[i] = splat<T>(0.0);
-        T *past = s.memory.data() + s.memory.size() - d.memory(axes);
-        for (int a = 0; a < axes; ++a) {
-            const int p = a * block;
-            T u[largest_layer], y[3];
-            const T S = P[packed(p, p)] + fix.P[packed(a, a)], root = square_root(larger<T>(S, splat<T>(1e-300)));
-            if (d.kind == AidInputs::residuals) {
-                u[0] = fix.p[a] - after[p], u[1] = before[p] - after[p];
-            } else {
-                T *mine = past + a * d.inputs;
-                for (int k = d.inputs - 1; k > 0; --k) mine[k] = select<T>(taken, mine[k - 1], mine[k]);
-                mine[0] = select<T>(taken, (fix.p[a] - before[p]) / root, mine[0]);
-                for (int k = 0; k < d.inputs; ++k) u[k] = mine[k];
-            }
-            answer(u, y);
-            for (int k = 0; k < d.outputs && k < block; ++k) {
-                const T unit = d.kind == AidInputs::residuals ? splat<T>(1.0)
-                                                              : root * square_root(P[packed(p + k, p + k)] / larger<T>(P[packed(p, p)], splat<T>(1e-300)));
-                correction[p + k] = select<T>(taken, unit * y[k], splat<T>(0.0));
-            }
-        }
-    }
+    void operator()(Step<T> &step, TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o);
 
   private:
     const Composition<T> &c;
@@ -143,5 +104,50 @@ template <class T> class Aid {
         for (int k = 0; k < d.outputs; ++k) y[k] = share * scale[k] * y[k];
     }
 };
+
+template <class T>
+Aid<T>::Aid(const Composition<T> &composition)
+    : c(composition), d(c.declared.aid), combine(composition), numbers(Composition<T>::numbers(d.numbers)) {
+    if (!active()) return;
+    const int used = 4 * d.inputs + d.outputs + 1;
+    if (d.model == AidModel::network) {
+        network.sizes = d.sizes;
+        network.numbers.assign(numbers.begin() + used, numbers.end());
+    } else {
+        anfis = Anfis<T>(d.model, d.sizes, d.outputs, &numbers[used]);
+    }
+    correction.assign(c.reported.n, splat<T>(0.0));
+}
+
+template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o) {
+    const int n = c.reported.n, axes = c.reported.axes, block = c.reported.block;
+    T before[largest_state], P[packed_size(largest_state)], after[largest_state];
+    const Fix<T> fix = step.position_of(scan);
+    const Mask<T> taken = o.scored & inverse(o.gated) & fix.position;
+    step.ahead.merge_pairs();
+    combine(step.ahead.predicted.data(), step.ahead.prior.data(), before, P);
+    combine(s.arena.data(), s.probability.data(), after, nullptr);
+    for (int i = 0; i < n; ++i) correction[i] = splat<T>(0.0);
+    T *past = s.memory.data() + s.memory.size() - d.memory(axes);
+    for (int a = 0; a < axes; ++a) {
+        const int p = a * block;
+        T u[largest_layer], y[3];
+        const T S = P[packed(p, p)] + fix.P[packed(a, a)], root = square_root(larger<T>(S, splat<T>(1e-300)));
+        if (d.kind == AidInputs::residuals) {
+            u[0] = fix.p[a] - after[p], u[1] = before[p] - after[p];
+        } else {
+            T *mine = past + a * d.inputs;
+            for (int k = d.inputs - 1; k > 0; --k) mine[k] = select<T>(taken, mine[k - 1], mine[k]);
+            mine[0] = select<T>(taken, (fix.p[a] - before[p]) / root, mine[0]);
+            for (int k = 0; k < d.inputs; ++k) u[k] = mine[k];
+        }
+        answer(u, y);
+        for (int k = 0; k < d.outputs && k < block; ++k) {
+            const T unit = d.kind == AidInputs::residuals ? splat<T>(1.0)
+                                                          : root * square_root(P[packed(p + k, p + k)] / larger<T>(P[packed(p, p)], splat<T>(1e-300)));
+            correction[p + k] = select<T>(taken, unit * y[k], splat<T>(0.0));
+        }
+    }
+}
 
 }  // namespace jink::inline JINK_LEVEL

@@ -1,8 +1,7 @@
 // Many tracks of any length, packed lane by lane, over threads.
 #pragma once
 
-#include "aid.hpp"
-#include "smooth.hpp"
+#include "instances.hpp"
 
 namespace jink::inline JINK_LEVEL {
 

@@ -10,49 +10,10 @@ namespace jink::inline JINK_LEVEL {
 
 template <class T> class Combine {
   public:
-    explicit Combine(const Composition<T> &composition) : c(composition), n(c.reported.n) {
-        means.resize(c.count * n);
-        covariances.resize(c.count * packed_size(n));
-        mean.resize(c.count), covariance.resize(c.count);
-    }
+    explicit Combine(const Composition<T> &composition);
 
     // x (n) and, unless null, packed P of the mixture of `arena`'s modes with these probabilities.
-    void operator()(const T *arena, const T *probability, T *x, T *P) {
-        if (c.count == 1 && !c.derived) {
-            const T *from = arena + c.modes[0].place;
-            for (int i = 0; i < n; ++i) x[i] = from[i];
-            if (P)
-                for (int k = 0; k < packed_size(n); ++k) P[k] = from[n + k];
-            return;
-        }
-        const int size = packed_size(n);
-        for (int j = 0; j < c.count; ++j) {
-            const Mode<T> &mode = c.modes[j];
-            const T *from = arena + mode.place;
-            if (mode.shape.n == n) {
-                mean[j] = from, covariance[j] = from + n;
-            } else {
-                expand(mode, from, &means[j * n], P ? &covariances[j * size] : nullptr);
-                mean[j] = &means[j * n], covariance[j] = &covariances[j * size];
-            }
-        }
-        for (int i = 0; i < n; ++i) {
-            T sum = probability[0] * mean[0][i];
-            for (int j = 1; j < c.count; ++j) sum = sum + probability[j] * mean[j][i];
-            x[i] = sum;
-        }
-        if (!P) return;
-        for (int k = 0; k < size; ++k) P[k] = splat<T>(0.0);
-        for (int j = 0; j < c.count; ++j) {
-            T d[largest_state];
-            for (int i = 0; i < n; ++i) d[i] = mean[j][i] - x[i];
-            for (int r = 0; r < n; ++r) {
-                const T wd = probability[j] * d[r];
-                for (int q = 0; q <= r; ++q)
-                    P[packed(r, q)] = P[packed(r, q)] + probability[j] * covariance[j][packed(r, q)] + wd * d[q];
-            }
-        }
-    }
+    void operator()(const T *arena, const T *probability, T *x, T *P);
 
   private:
     const Composition<T> &c;
@@ -119,5 +80,48 @@ template <class T> class Combine {
         row[2] = -(vy * over), row[5] = vx * over;
     }
 };
+
+template <class T> Combine<T>::Combine(const Composition<T> &composition) : c(composition), n(c.reported.n) {
+    means.resize(c.count * n);
+    covariances.resize(c.count * packed_size(n));
+    mean.resize(c.count), covariance.resize(c.count);
+}
+
+template <class T> void Combine<T>::operator()(const T *arena, const T *probability, T *x, T *P) {
+    if (c.count == 1 && !c.derived) {
+        const T *from = arena + c.modes[0].place;
+        for (int i = 0; i < n; ++i) x[i] = from[i];
+        if (P)
+            for (int k = 0; k < packed_size(n); ++k) P[k] = from[n + k];
+        return;
+    }
+    const int size = packed_size(n);
+    for (int j = 0; j < c.count; ++j) {
+        const Mode<T> &mode = c.modes[j];
+        const T *from = arena + mode.place;
+        if (mode.shape.n == n) {
+            mean[j] = from, covariance[j] = from + n;
+        } else {
+            expand(mode, from, &means[j * n], P ? &covariances[j * size] : nullptr);
+            mean[j] = &means[j * n], covariance[j] = &covariances[j * size];
+        }
+    }
+    for (int i = 0; i < n; ++i) {
+        T sum = probability[0] * mean[0][i];
+        for (int j = 1; j < c.count; ++j) sum = sum + probability[j] * mean[j][i];
+        x[i] = sum;
+    }
+    if (!P) return;
+    for (int k = 0; k < size; ++k) P[k] = splat<T>(0.0);
+    for (int j = 0; j < c.count; ++j) {
+        T d[largest_state];
+        for (int i = 0; i < n; ++i) d[i] = mean[j][i] - x[i];
+        for (int r = 0; r < n; ++r) {
+            const T wd = probability[j] * d[r];
+            for (int q = 0; q <= r; ++q)
+                P[packed(r, q)] = P[packed(r, q)] + probability[j] * covariance[j][packed(r, q)] + wd * d[q];
+        }
+    }
+}
 
 }  // namespace jink::inline JINK_LEVEL

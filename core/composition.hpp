@@ -164,22 +164,7 @@ template <class T> struct Composition {
     bool residuals = false;  // some mode adapts to the residual of the measured position
     bool varying = false;   // some mode's noise or input is not the same in every scan
 
-    explicit Composition(const Declaration &d, Lift lift_ = splat<T>)
-        : declared(d), lift(std::move(lift_)), reported(d.reported()), count(int(d.modes.size())) {
-        if (proposes()) count = d.propose.slots;
-        arena_size = 1;  // place 0 holds a zero
-        bool alike = true;  // all modes have the same components
-        for (const auto &m : d.modes) alike = alike && m.shape.n == d.modes[0].shape.n;
-        for (int j = 0; j < count; ++j) add_mode(d.modes[j], alike);
-        for (const auto &m : d.side) add_mode(m, true);
-        for (auto &m : modes) m.place = arena_size, arena_size += m.size();
-        for (int j = 0, prior = 1; j < count; prior += modes[j].shape.n, ++j) lay_out_sources(j, prior);
-        for (const auto &s : d.sensors) sensors.push_back({s.spec, s.converted, lifted(s.noise), s.log_extent});
-        outlier_share = lift(d.outlier_share), velocity_variance = lift(d.velocity_variance);
-        log_target_share = logarithm<T>(1.0 - outlier_share), log_outlier_share = logarithm<T>(outlier_share);
-        if (!proposes()) switching = Transition<T>(count, d.continuous, lifted(d.transition));
-        initial_probability = lifted(d.initial_probability);
-    }
+    explicit Composition(const Declaration &d, Lift lift_ = splat<T>);
 
     static std::vector<T> numbers(const std::vector<double> &from) {
         std::vector<T> to;
@@ -236,5 +221,23 @@ template <class T> struct Composition {
         }
     }
 };
+
+template <class T>
+Composition<T>::Composition(const Declaration &d, Lift lift_)
+    : declared(d), lift(std::move(lift_)), reported(d.reported()), count(int(d.modes.size())) {
+    if (proposes()) count = d.propose.slots;
+    arena_size = 1;  // place 0 holds a zero
+    bool alike = true;  // all modes have the same components
+    for (const auto &m : d.modes) alike = alike && m.shape.n == d.modes[0].shape.n;
+    for (int j = 0; j < count; ++j) add_mode(d.modes[j], alike);
+    for (const auto &m : d.side) add_mode(m, true);
+    for (auto &m : modes) m.place = arena_size, arena_size += m.size();
+    for (int j = 0, prior = 1; j < count; prior += modes[j].shape.n, ++j) lay_out_sources(j, prior);
+    for (const auto &s : d.sensors) sensors.push_back({s.spec, s.converted, lifted(s.noise), s.log_extent});
+    outlier_share = lift(d.outlier_share), velocity_variance = lift(d.velocity_variance);
+    log_target_share = logarithm<T>(1.0 - outlier_share), log_outlier_share = logarithm<T>(outlier_share);
+    if (!proposes()) switching = Transition<T>(count, d.continuous, lifted(d.transition));
+    initial_probability = lifted(d.initial_probability);
+}
 
 }  // namespace jink::inline JINK_LEVEL

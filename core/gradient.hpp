@@ -11,6 +11,7 @@ using Slopes = Dual<Pack, slopes_at_once>;
 
 extern template MotionKernels<Slopes> motion_kernels<Slopes>(const MotionSpec &, bool);
 extern template UpdateKernels<Slopes> update_kernels<Slopes>(const StateShape &);
+JINK_STEP(extern, Slopes)
 
 enum class Figure {
     log_likelihood,    // one sum: w log p(z)

@@ -22,6 +22,8 @@ template <class T> class Live {
         : c(std::move(composition)), step(*c), aid(*c), back(*c), n(targets), lag(lag_scans),
           states((targets + width<T> - 1) / width<T>, TrackState<T>(*c)), history(lag > 0 ? states.size() : 0) {}
 
+    Live(const Live &) = delete;  // a track is one
+
     const std::shared_ptr<const Composition<T>> c;
     int targets() const { return n; }
     int packs() const { return int(states.size()); }

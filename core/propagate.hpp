@@ -7,21 +7,7 @@ namespace jink::inline JINK_LEVEL {
 
 template <class T> class Propagate {
   public:
-    explicit Propagate(const Composition<T> &composition) : c(composition), proposal(composition) {
-        const int m = c.count, all = int(c.modes.size());
-        predicted.resize(c.arena_size);
-        pi.resize(m * m), weights.resize(m * m), prior.resize(m);
-        coefficients.resize(all * largest_coefficients);
-        for (const auto &mode : c.modes) adapts = adapts || mode.adapt.active();
-        if (adapts) units.resize(all * largest_coefficients), noises.resize(all * largest_coefficients);
-        if (c.varying) inputs.resize(all * 3);
-        last_dt = nan_of<T>();
-        if (!pairwise()) return;
-        for (const auto &mode : c.modes) stride = std::max(stride, mode.size());
-        pairs.resize(m * m * stride), pair_prior.resize(m * m), pair_places.resize(m * m * stride);
-        for (int j = 0; j < m; ++j)
-            for (int i = 0; i < m; ++i) pair_places[j * m * stride + i * c.modes[j].size()] = i * stride;
-    }
+    explicit Propagate(const Composition<T> &composition);
 
     const Composition<T> &c;
     std::vector<T> predicted;   // each mode's x- and P-, at the mode's place
@@ -33,13 +19,7 @@ template <class T> class Propagate {
     bool pairwise() const { return c.declared.interaction == Interaction::gpb2; }
 
     // Elapsed-time coefficients and transition matrix; kept while the step stays the same.
-    void elapse(T dt) {
-        if (all(dt == last_dt)) return;
-        last_dt = dt;
-        for (int j = 0; j < int(c.modes.size()); ++j)
-            prepare(j, dt, c.proposes() && j < c.count ? proposal.numbers.parameters(j) : c.modes[j].parameters.data());
-        if (!c.proposes()) c.switching.over(dt, pi.data(), weights.data());
-    }
+    void elapse(T dt);
     const T *coefficient(int j) const { return &coefficients[j * largest_coefficients]; }
     // Of all modes those of this scan, the noise that was asked for included; nothing where they do not vary.
     void used(std::vector<T> &out) const {
@@ -55,32 +35,7 @@ template <class T> class Propagate {
     Proposal<T> proposal;
 
     // Over dt with the known acceleration of each axis (or null); `fix` is the position about to be used by modes that adapt.
-    void operator()(TrackState<T> &s, T dt, const T *input, const Fix<T> *fix) {
-        elapse(dt);
-        if (c.proposes()) take_up(s, dt);
-        const int m = c.count;
-        if (m == 1) {
-            prior[0] = splat<T>(1.0);
-            predict(s, 0, &s.arena[c.modes[0].place], &predicted[c.modes[0].place], input, fix);
-        } else if (pairwise()) {
-            weigh_sources(s);
-            predict_pairs(s, input, fix);
-        } else {
-            weigh_sources(s);
-            for (int j = 0; j < m; ++j) {
-                if (c.proposes() && !any(living(s.next[j]))) continue;
-                const Mode<T> &mode = c.modes[j];
-                T *at = &predicted[mode.place];
-                if (c.declared.interaction == Interaction::none) {
-                    predict(s, j, &s.arena[mode.place], at, input, fix);
-                    continue;
-                }
-                mode.mix(s.arena.data(), mode.sources.data(), &weights[j * m], m, at);
-                predict(s, j, at, at, input, fix);
-            }
-        }
-        if (const Mode<T> *side = c.side()) side->kernels.predict(&s.arena[side->place], coefficient(m), input, &predicted[side->place]);
-    }
+    void operator()(TrackState<T> &s, T dt, const T *input, const Fix<T> *fix);
 
     // The same from the same state as if nothing had been measured, in some lanes: modes that adapt to residuals keep their noise.
     void again_without_fix(TrackState<T> &s, const T *input, Mask<T> which) {
@@ -91,14 +46,7 @@ template <class T> class Propagate {
     }
 
     // GPB2's pairs as one prediction per mode, for those who look at it.
-    void merge_pairs() {
-        const int m = c.count;
-        for (int j = 0; pairwise() && j < m; ++j) {
-            const T over = reciprocal(prior[j]);
-            for (int i = 0; i < m; ++i) weights[i] = pair_prior[j * m + i] * over;
-            merge(j, &pairs[j * m * stride], &predicted[c.modes[j].place]);
-        }
-    }
+    void merge_pairs();
     // Mode j's pairs by `weights`, matched in two moments.
     void merge(int j, const T *from, T *out, const T *by = nullptr) const {
         const int *places = &pair_places[j * c.count * stride];
@@ -198,5 +146,65 @@ template <class T> class Propagate {
         mode.kernels.add_noise(noise, at + mode.shape.n);
     }
 };
+
+template <class T> Propagate<T>::Propagate(const Composition<T> &composition) : c(composition), proposal(composition) {
+    const int m = c.count, all = int(c.modes.size());
+    predicted.resize(c.arena_size);
+    pi.resize(m * m), weights.resize(m * m), prior.resize(m);
+    coefficients.resize(all * largest_coefficients);
+    for (const auto &mode : c.modes) adapts = adapts || mode.adapt.active();
+    if (adapts) units.resize(all * largest_coefficients), noises.resize(all * largest_coefficients);
+    if (c.varying) inputs.resize(all * 3);
+    last_dt = nan_of<T>();
+    if (!pairwise()) return;
+    for (const auto &mode : c.modes) stride = std::max(stride, mode.size());
+    pairs.resize(m * m * stride), pair_prior.resize(m * m), pair_places.resize(m * m * stride);
+    for (int j = 0; j < m; ++j)
+        for (int i = 0; i < m; ++i) pair_places[j * m * stride + i * c.modes[j].size()] = i * stride;
+}
+
+template <class T> void Propagate<T>::elapse(T dt) {
+    if (all(dt == last_dt)) return;
+    last_dt = dt;
+    for (int j = 0; j < int(c.modes.size()); ++j)
+        prepare(j, dt, c.proposes() && j < c.count ? proposal.numbers.parameters(j) : c.modes[j].parameters.data());
+    if (!c.proposes()) c.switching.over(dt, pi.data(), weights.data());
+}
+
+template <class T> void Propagate<T>::operator()(TrackState<T> &s, T dt, const T *input, const Fix<T> *fix) {
+    elapse(dt);
+    if (c.proposes()) take_up(s, dt);
+    const int m = c.count;
+    if (m == 1) {
+        prior[0] = splat<T>(1.0);
+        predict(s, 0, &s.arena[c.modes[0].place], &predicted[c.modes[0].place], input, fix);
+    } else if (pairwise()) {
+        weigh_sources(s);
+        predict_pairs(s, input, fix);
+    } else {
+        weigh_sources(s);
+        for (int j = 0; j < m; ++j) {
+            if (c.proposes() && !any(living(s.next[j]))) continue;
+            const Mode<T> &mode = c.modes[j];
+            T *at = &predicted[mode.place];
+            if (c.declared.interaction == Interaction::none) {
+                predict(s, j, &s.arena[mode.place], at, input, fix);
+                continue;
+            }
+            mode.mix(s.arena.data(), mode.sources.data(), &weights[j * m], m, at);
+            predict(s, j, at, at, input, fix);
+        }
+    }
+    if (const Mode<T> *side = c.side()) side->kernels.predict(&s.arena[side->place], coefficient(m), input, &predicted[side->place]);
+}
+
+template <class T> void Propagate<T>::merge_pairs() {
+    const int m = c.count;
+    for (int j = 0; pairwise() && j < m; ++j) {
+        const T over = reciprocal(prior[j]);
+        for (int i = 0; i < m; ++i) weights[i] = pair_prior[j * m + i] * over;
+        merge(j, &pairs[j * m * stride], &predicted[c.modes[j].place]);
+    }
+}
 
 }  // namespace jink::inline JINK_LEVEL

@@ -15,22 +15,7 @@ namespace jink::inline JINK_LEVEL {
 
 template <class T> class Proposal {
   public:
-    explicit Proposal(const Composition<T> &composition)
-        : numbers(composition), c(composition), d(c.declared), slots(c.count), all(c.members()) {
-        if (!c.proposes()) return;
-        const T unknown = nan_of<T>();
-        chosen.assign(slots, unknown), centre = seen_dt = unknown;
-        seen_alive.assign(slots, unknown), seen_next.assign(slots, unknown);
-        if (d.propose.kind != Propose::active) return;
-        reached.assign(all, -1.0), leaving.assign(all, 0.0), candidates.resize(all);
-        for (int i = 0; i < all; ++i)
-            for (int to : d.propose.neighbours[i]) {
-                if (to != i) edges.push_back({i, to, d.transition[i * all + to]});
-                if (to != i) leaving[i] += edges.back().share;
-            }
-        for (int i = 0, e = 0; i <= all; first_edge.push_back(e), ++i)
-            while (e < int(edges.size()) && edges[e].from < i) ++e;
-    }
+    explicit Proposal(const Composition<T> &composition);
 
     SlotNumbers<T> numbers;
 
@@ -190,5 +175,23 @@ template <class T> class Proposal {
         for (int j = 0; j < 3; ++j) s.next[j] = select<T>(which, to[j], s.next[j]);
     }
 };
+
+template <class T>
+Proposal<T>::Proposal(const Composition<T> &composition)
+    : numbers(composition), c(composition), d(c.declared), slots(c.count), all(c.members()) {
+    if (!c.proposes()) return;
+    const T unknown = nan_of<T>();
+    chosen.assign(slots, unknown), centre = seen_dt = unknown;
+    seen_alive.assign(slots, unknown), seen_next.assign(slots, unknown);
+    if (d.propose.kind != Propose::active) return;
+    reached.assign(all, -1.0), leaving.assign(all, 0.0), candidates.resize(all);
+    for (int i = 0; i < all; ++i)
+        for (int to : d.propose.neighbours[i]) {
+            if (to != i) edges.push_back({i, to, d.transition[i * all + to]});
+            if (to != i) leaving[i] += edges.back().share;
+        }
+    for (int i = 0, e = 0; i <= all; first_edge.push_back(e), ++i)
+        while (e < int(edges.size()) && edges[e].from < i) ++e;
+}
 
 }  // namespace jink::inline JINK_LEVEL

@@ -21,37 +21,14 @@ namespace jink::inline JINK_LEVEL {
 
 template <class T> class Smooth {
   public:
-    explicit Smooth(const Composition<T> &composition)
-        : c(composition), forward(c), one(c), messages(c.count), next(c.count), pairs(c.count * c.count), log_total(c.count) {}
+    explicit Smooth(const Composition<T> &composition);
 
     std::vector<T> arena, probability;  // the smoothed modes of the current scan
 
-    void last(const Record<T> &record) {
-        arena = record.arena, probability = record.probability;
-        for (auto &m : messages) m.clear();
-    }
+    void last(const Record<T> &record);
 
     // From the scan after, back to this one.
-    void step(const Record<T> &now, const Record<T> &after) {
-        if (c.count == 1) {
-            one.step(now, after, &arena[c.modes[0].place]);
-            return;
-        }
-        next.swap(messages);
-        for (int j = 0; j < c.count; ++j) add_measurements(after, j);
-        forward.elapse(select<T>(after.linked, after.dt, splat<T>(0.0)));
-        for (int i = 0; i < c.count; ++i) factor(now, i);
-        for (int j = 0; j < c.count; ++j)
-            for (int i = 0; i < c.count; ++i) pair(now, after, i, j);
-        T most = splat<T>(-std::numeric_limits<double>::infinity()), sum = splat<T>(0.0);
-        for (int i = 0; i < c.count; ++i) log_total[i] = share_out(i), most = larger<T>(most, log_total[i]);
-        for (int i = 0; i < c.count; ++i) probability[i] = exponential<T>(log_total[i] - most), sum = sum + probability[i];
-        for (int i = 0; i < c.count; ++i) {
-            probability[i] = probability[i] / sum;
-            collapse(now, i, log_total[i] - most - logarithm<T>(sum));
-            end_where_unlinked(now, after.linked, i);
-        }
-    }
+    void step(const Record<T> &now, const Record<T> &after);
 
   private:
     static constexpr int L = largest_state;
@@ -267,5 +244,35 @@ template <class T> class Smooth {
         out.s = log_weight - logarithm<T>(mine) - 0.5 * (gain - log_det);
     }
 };
+
+template <class T>
+Smooth<T>::Smooth(const Composition<T> &composition)
+    : c(composition), forward(c), one(c), messages(c.count), next(c.count), pairs(c.count * c.count), log_total(c.count) {}
+
+template <class T> void Smooth<T>::last(const Record<T> &record) {
+    arena = record.arena, probability = record.probability;
+    for (auto &m : messages) m.clear();
+}
+
+template <class T> void Smooth<T>::step(const Record<T> &now, const Record<T> &after) {
+    if (c.count == 1) {
+        one.step(now, after, &arena[c.modes[0].place]);
+        return;
+    }
+    next.swap(messages);
+    for (int j = 0; j < c.count; ++j) add_measurements(after, j);
+    forward.elapse(select<T>(after.linked, after.dt, splat<T>(0.0)));
+    for (int i = 0; i < c.count; ++i) factor(now, i);
+    for (int j = 0; j < c.count; ++j)
+        for (int i = 0; i < c.count; ++i) pair(now, after, i, j);
+    T most = splat<T>(-std::numeric_limits<double>::infinity()), sum = splat<T>(0.0);
+    for (int i = 0; i < c.count; ++i) log_total[i] = share_out(i), most = larger<T>(most, log_total[i]);
+    for (int i = 0; i < c.count; ++i) probability[i] = exponential<T>(log_total[i] - most), sum = sum + probability[i];
+    for (int i = 0; i < c.count; ++i) {
+        probability[i] = probability[i] / sum;
+        collapse(now, i, log_total[i] - most - logarithm<T>(sum));
+        end_where_unlinked(now, after.linked, i);
+    }
+}
 
 }  // namespace jink::inline JINK_LEVEL

@@ -19,53 +19,12 @@ template <class T> SensorSpec seen(const Sensor<T> &sensor) {
 
 template <class T> class Step {
   public:
-    explicit Step(const Composition<T> &composition) : c(composition), ahead(composition), estimation(composition), dimension(composition), scores(composition), before(composition) {
-        const int hypotheses = ahead.pairwise() ? c.count * c.count : c.count;
-        innovations.resize(hypotheses + c.declared.side.size());
-        for (auto &v : innovations) {
-            v = Innovation<T>();
-            v.det = splat<T>(1.0);
-            for (auto &S : v.S) S = splat<T>(1.0);
-        }
-        if (ahead.pairwise()) posterior.resize(hypotheses), updated.resize(ahead.pairs.size());
-        if (estimation.active()) always = with_innovations;
-    }
+    explicit Step(const Composition<T> &composition);
 
     const Composition<T> &c;
     Propagate<T> ahead;  // the modes as predicted for this scan
 
-    Outcome<T> step(TrackState<T> &s, const Scan<T> &scan, int detail) {
-        Outcome<T> out;
-        const T zero = splat<T>(0.0);
-        if (c.declared.coast > 0.0) {
-            const Mask<T> lost = s.started & (scan.time - s.last_accepted > splat<T>(c.declared.coast));
-            if (any(lost)) s.started = s.started & inverse(lost), s.running = s.running & inverse(lost), s.settled = false;
-        }
-        T dt = scan.time - s.time;
-        if (!s.settled) dt = select<T>(s.started & inverse(is_nan(s.time)), dt, zero);
-        dt = select<T>(scan.active, dt, zero);
-        if (c.residuals) {
-            const Fix<T> fix = position_of(scan);
-            if (c.declared.outlier_share > 0.0) before = s;
-            ahead(s, dt, scan.input, &fix);
-        } else {
-            ahead(s, dt, scan.input, nullptr);
-        }
-        s.time = select<T>(scan.active, scan.time, s.time);
-        Measurement<T> m;
-        if (!scan.sensor) {
-            const Sensor<T> &sensor = c.sensors[scan.one_sensor];
-            measure(scan, sensor, splat_mask<T>(true), m);
-            update_modes(s, sensor, m, detail | always);
-            finish(s, scan, sensor, m, detail | always, out);
-        } else {
-            several(s, scan, detail | always, out);
-        }
-        if (dimension.active())
-            dimension(s, position_of(scan), dt, innovations[0].nis, out.scored & inverse(out.gated), scan.active & s.running, out.initialised | out.restarted);
-        else if (c.proposes()) ahead.proposal.close(s, scan.active);
-        return out;
-    }
+    Outcome<T> step(TrackState<T> &s, const Scan<T> &scan, int detail);
 
     // The measurement as the sensor's update wants it; a converted one becomes a position with a full covariance.
     void measure(const Scan<T> &scan, const Sensor<T> &sensor, Mask<T> lanes_of_it, Measurement<T> &m, bool as_it_is = false) const {
@@ -296,5 +255,52 @@ template <class T> class Step {
         s.settled = all(s.running);
     }
 };
+
+template <class T>
+Step<T>::Step(const Composition<T> &composition)
+    : c(composition), ahead(composition), estimation(composition), dimension(composition), scores(composition), before(composition) {
+    const int hypotheses = ahead.pairwise() ? c.count * c.count : c.count;
+    innovations.resize(hypotheses + c.declared.side.size());
+    for (auto &v : innovations) {
+        v = Innovation<T>();
+        v.det = splat<T>(1.0);
+        for (auto &S : v.S) S = splat<T>(1.0);
+    }
+    if (ahead.pairwise()) posterior.resize(hypotheses), updated.resize(ahead.pairs.size());
+    if (estimation.active()) always = with_innovations;
+}
+
+template <class T> Outcome<T> Step<T>::step(TrackState<T> &s, const Scan<T> &scan, int detail) {
+    Outcome<T> out;
+    const T zero = splat<T>(0.0);
+    if (c.declared.coast > 0.0) {
+        const Mask<T> lost = s.started & (scan.time - s.last_accepted > splat<T>(c.declared.coast));
+        if (any(lost)) s.started = s.started & inverse(lost), s.running = s.running & inverse(lost), s.settled = false;
+    }
+    T dt = scan.time - s.time;
+    if (!s.settled) dt = select<T>(s.started & inverse(is_nan(s.time)), dt, zero);
+    dt = select<T>(scan.active, dt, zero);
+    if (c.residuals) {
+        const Fix<T> fix = position_of(scan);
+        if (c.declared.outlier_share > 0.0) before = s;
+        ahead(s, dt, scan.input, &fix);
+    } else {
+        ahead(s, dt, scan.input, nullptr);
+    }
+    s.time = select<T>(scan.active, scan.time, s.time);
+    Measurement<T> m;
+    if (!scan.sensor) {
+        const Sensor<T> &sensor = c.sensors[scan.one_sensor];
+        measure(scan, sensor, splat_mask<T>(true), m);
+        update_modes(s, sensor, m, detail | always);
+        finish(s, scan, sensor, m, detail | always, out);
+    } else {
+        several(s, scan, detail | always, out);
+    }
+    if (dimension.active())
+        dimension(s, position_of(scan), dt, innovations[0].nis, out.scored & inverse(out.gated), scan.active & s.running, out.initialised | out.restarted);
+    else if (c.proposes()) ahead.proposal.close(s, scan.active);
+    return out;
+}
 
 }  // namespace jink::inline JINK_LEVEL

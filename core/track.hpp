@@ -21,29 +21,7 @@ template <class T> struct TrackState {
 
     explicit TrackState(const Composition<T> &c) { reset(c); }
 
-    void reset(const Composition<T> &c) {
-        const T zero = splat<T>(0.0);
-        arena.assign(c.arena_size, zero);
-        int prior = 1;
-        for (const auto &m : c.modes) {
-            for (int i = 0; i < m.shape.n; ++i) {
-                arena[prior + i] = m.prior_variance[i];
-                arena[m.place + m.shape.n + packed(i, i)] = splat<T>(1.0);
-            }
-            prior += m.shape.n;
-        }
-        probability = c.initial_probability;
-        carry.assign(c.carry_size, zero);
-        for (const auto &m : c.modes)
-            if (m.adapt.needs_residual()) m.adapt.forget(m.shape.axes, m.declared.data(), &carry[m.carry], splat_mask<T>(true));
-        alive = next = Composition<T>::numbers(c.declared.propose.start);
-        memory.assign(c.declared.memory_size(), zero);
-        time = last_accepted = rejections = first_time = zero;
-        for (auto &value : first) value = zero;
-        for (auto &value : first_P) value = zero;
-        started = running = splat_mask<T>(false);
-        settled = false;
-    }
+    void reset(const Composition<T> &c);
 };
 
 // One scan as it comes in. Lanes whose track has ended are not `active`.
@@ -65,5 +43,29 @@ template <class T> struct Outcome {
 };
 
 enum Detail { plain = 0, with_nis = 1, with_pit = 2, with_innovations = 4 };  // the last: y and its covariance, of each mode
+
+template <class T> void TrackState<T>::reset(const Composition<T> &c) {
+    const T zero = splat<T>(0.0);
+    arena.assign(c.arena_size, zero);
+    int prior = 1;
+    for (const auto &m : c.modes) {
+        for (int i = 0; i < m.shape.n; ++i) {
+            arena[prior + i] = m.prior_variance[i];
+            arena[m.place + m.shape.n + packed(i, i)] = splat<T>(1.0);
+        }
+        prior += m.shape.n;
+    }
+    probability = c.initial_probability;
+    carry.assign(c.carry_size, zero);
+    for (const auto &m : c.modes)
+        if (m.adapt.needs_residual()) m.adapt.forget(m.shape.axes, m.declared.data(), &carry[m.carry], splat_mask<T>(true));
+    alive = next = Composition<T>::numbers(c.declared.propose.start);
+    memory.assign(c.declared.memory_size(), zero);
+    time = last_accepted = rejections = first_time = zero;
+    for (auto &value : first) value = zero;
+    for (auto &value : first_P) value = zero;
+    started = running = splat_mask<T>(false);
+    settled = false;
+}
 
 }  // namespace jink::inline JINK_LEVEL
