@@ -54,24 +54,12 @@ void run(const Engine &engine, nb::ndarray<const double, nb::c_contig> time, nb:
     run_batch(*engine.pack, in, out, smooth, threads);
 }
 
-int cpu_level() {
-#if defined(__x86_64__)
-    __builtin_cpu_init();
-    if (__builtin_cpu_supports("x86-64-v4")) return 4;
-    if (__builtin_cpu_supports("x86-64-v3")) return 3;
-    return 2;
-#else
-    return 0;
-#endif
-}
-
 }  // namespace
 
 NB_MODULE(JINK_MODULE, module) {
     bind_stepwise(module);
     bind_population(module);
     bind_gradient(module);
-    module.def("cpu_level", cpu_level);
     module.attr("lanes") = lanes;
 
     nb::class_<Engine> engine(module, "Engine");

@@ -74,8 +74,6 @@ def population_errors(
     result: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu")],
     threads: int,
 ) -> None: ...
-def cpu_level() -> int: ...
-
 lanes: int = 8
 
 class Engine:
