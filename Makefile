@@ -1,6 +1,9 @@
 # make install | demo | test | lint | dev | bench | fit-demo | clean
 # LEVELS: native builds the engine for this machine alone; all, or "v2 v3", for others (x86-64 levels)
 PYTHON ?= python3
+ifneq ($(filter bench,$(MAKECMDGOALS)),)  # races the levels against one another
+LEVELS ?= all
+endif
 LEVELS ?= native
 VENV := .venv
 BIN := $(VENV)/bin
