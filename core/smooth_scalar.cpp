@@ -1,5 +1,0 @@
-#include "instances.hpp"
-
-namespace jink::inline JINK_LEVEL {
-JINK_SMOOTH(, double)
-}

@@ -1,6 +1,0 @@
-#define JINK_UNROLL _Pragma("GCC unroll 1")
-#include "gradient.hpp"
-
-namespace jink::inline JINK_LEVEL {
-JINK_STEP(, Slopes)
-}
