@@ -1,33 +1,46 @@
-"""The compiled engine at the best instruction-set level this machine has; JINK_ISA=v2|v3|v4 asks for a lower one."""
+"""The compiled engine: of the installed instruction-set levels the best this processor runs; JINK_ISA=v2|v3|v4 asks for one."""
 
 import importlib
+import importlib.util
 import os
 import sys
 from types import ModuleType
 
+from jink import _processor
 
-def _load(level: str) -> ModuleType:
-    return importlib.import_module(f"jink._native_{level}")
-
-
-def _best() -> tuple[str, ModuleType]:
-    try:
-        lowest = _load("v2")
-    except ModuleNotFoundError:
-        try:
-            return "baseline", _load("baseline")
-        except ModuleNotFoundError:
-            raise ImportError(
-                "jink's compiled engine is missing: install the package (make install, or pip install .) instead of "
-                f"importing its sources; looked for jink._native_* beside {__file__} with Python {sys.version.split()[0]}"
-            ) from None
-    most = lowest.cpu_level()
-    wanted = os.environ.get("JINK_ISA", f"v{most}")
-    if wanted not in ("v2", "v3", "v4") or int(wanted[1]) > most:
-        raise ImportError(f"JINK_ISA: expected v2 to v{most} on this machine, got {wanted!r}")
-    return wanted, lowest if wanted == "v2" else _load(wanted)
+_LEVELS = ("baseline", "v2", "v3", "v4")
+_OTHERS = 'make install LEVELS=all, or pip install ".[all]"'
 
 
-level, native = _best()
+def _installed() -> list[str]:
+    return [level for level in _LEVELS if importlib.util.find_spec(f"jink._native_{level}")]
+
+
+def _choose(installed: list[str], most: str, wanted: str | None) -> str:
+    """One of the installed levels, none above `most`; `wanted` is what JINK_ISA says."""
+    if not installed:
+        raise ImportError(
+            "jink's compiled engine is missing: install the package (make install, or pip install .) instead of "
+            f"importing its sources; looked for jink._native_* beside {__file__} with Python {sys.version.split()[0]}"
+        )
+    usable = [level for level in installed if _LEVELS.index(level) <= _LEVELS.index(most)]
+    if not usable:
+        raise ImportError(
+            f"jink was built for {' and '.join(installed)}, and this processor runs {most} at most; "
+            f"build it here: {_OTHERS}"
+        )
+    if wanted is None:
+        return usable[-1]
+    if wanted not in usable:
+        raise ImportError(
+            f"JINK_ISA: expected one of {', '.join(usable)}, which are installed and run on this machine, "
+            f"got {wanted!r}; for other levels: {_OTHERS}"
+        )
+    return wanted
+
+
+installed = _installed()
+level = _choose(installed, _processor.level(), os.environ.get("JINK_ISA"))
+native: ModuleType = importlib.import_module(f"jink._native_{level}")
 lanes: int = native.lanes
 Engine = native.Engine

@@ -35,7 +35,7 @@ def errors_of(
 
     tables (I, M, R, 5) rows c₁ s₁ c₂ s₂ w in SI units, of which the first count (I, M) hold; for M > 1 modes also transition
     (I, M, M) and initial probability (I, M). Each is a filter per axis, state [p v], two-point start, whose modes' noise
-    variance comes from its rules (core/population.cpp); many candidates cost little more than one.
+    variance comes from its rules (core/run/population.cpp); many candidates cost little more than one.
     Errors: ValueError where arrays do not fit.
     """
     apart = runs.axes_apart()

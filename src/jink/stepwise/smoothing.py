@@ -1,4 +1,4 @@
-"""Smoothing for the stepwise filters: core/smooth_one.hpp and core/smooth.hpp, over many tracks at once.
+"""Smoothing for the stepwise filters: core/run/smooth_one.hpp and core/run/smooth.hpp, over many tracks at once.
 
 One mode: Rauch, Tung & Striebel, AIAA Journal 3(8), 1965. Several: messages from the future; of each mode j
 the measurements after a scan say

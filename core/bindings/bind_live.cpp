@@ -1,0 +1,248 @@
+// The Python face of live tracks: one target or many, a scan at a time.
+#include "bindings/bindings.hpp"
+#include "run/live.hpp"
+
+namespace {
+
+struct Estimate : Snapshot<double> {
+    std::shared_ptr<const Composition<double>> c;
+    Status status = Status::none;
+};
+
+// A NumPy array of this shape, and where its numbers go. Through numpy.empty itself, which is twice as fast as a capsule of ours.
+template <class... Sizes> nb::object new_array(double *&data, Sizes... sizes) {
+    static PyObject *empty = nb::object(nb::module_::import_("numpy").attr("empty")).release().ptr();
+    nb::object shape = nb::make_tuple(sizes...);
+    nb::object array = nb::steal(PyObject_CallOneArg(empty, shape.ptr()));
+    Py_buffer view;
+    if (!array.is_valid() || PyObject_GetBuffer(array.ptr(), &view, PyBUF_WRITABLE) != 0) throw nb::python_error();
+    data = static_cast<double *>(view.buf);
+    PyBuffer_Release(&view);  // the array keeps its memory
+    return array;
+}
+
+// Of every mode of the set, of which a track may run a few.
+template <class T> std::vector<T> set_probability(const Composition<T> &c, const Snapshot<T> &s) {
+    if (!c.proposes()) return s.probability;
+    std::vector<T> all(c.members());
+    Proposal<T>(c).spread(s.alive, s.probability.data(), all.data());
+    return all;
+}
+
+nb::object estimate_array(const Estimate &e, bool covariance) {
+    const int n = e.c->reported.n;
+    double *to, x[largest_state], P[packed_size(largest_state)];
+    Combine<double> combine(*e.c);
+    combine(e.arena.data(), e.probability.data(), x, covariance ? P : nullptr);
+    for (std::size_t i = 0; i < e.correction.size(); ++i) x[i] += e.correction[i];
+    nb::object array = covariance ? new_array(to, n, n) : new_array(to, n);
+    for (int r = 0; r < n; ++r)
+        if (!covariance) to[r] = e.started ? x[r] : NAN;
+        else
+            for (int q = 0; q < n; ++q) to[r * n + q] = e.started ? P[packed(r, q)] : NAN;
+    return array;
+}
+
+// Seconds from a Python number, or through the package from a date.
+double seconds(nb::handle t) {
+    const double value = PyFloat_AsDouble(t.ptr());
+    if (value != -1.0 || !PyErr_Occurred()) return value;
+    PyErr_Clear();
+    return nb::cast<double>(nb::module_::import_("jink.times").attr("seconds")(t));
+}
+
+// A measurement's components from a number, a sequence (None is missing) or an array.
+void components(nb::handle z, int columns, double *to) {
+    if (PyFloat_Check(z.ptr()) || PyLong_Check(z.ptr())) {
+        if (columns != 1) throw nb::value_error("z: one number given where the sensor measures several components");
+        *to = PyFloat_AsDouble(z.ptr());
+        return;
+    }
+    if (z.is_none()) {
+        std::fill(to, to + columns, NAN);
+        return;
+    }
+    if (PyTuple_Check(z.ptr()) || PyList_Check(z.ptr())) {
+        if (PySequence_Size(z.ptr()) != columns) throw nb::value_error("z: has not as many components as the sensor measures");
+        for (int r = 0; r < columns; ++r) {
+            nb::handle item = PyTuple_Check(z.ptr()) ? PyTuple_GET_ITEM(z.ptr(), r) : PyList_GET_ITEM(z.ptr(), r);
+            to[r] = item.is_none() ? NAN : PyFloat_AsDouble(item.ptr());
+        }
+        if (PyErr_Occurred()) throw nb::python_error();
+        return;
+    }
+    Py_buffer view;
+    if (PyObject_GetBuffer(z.ptr(), &view, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) == 0) {  // the usual case, without nanobind's detour
+        const bool doubles = view.format && std::strcmp(view.format, "d") == 0 && view.len == Py_ssize_t(columns * sizeof(double));
+        if (doubles) std::memcpy(to, view.buf, view.len);
+        PyBuffer_Release(&view);
+        if (doubles) return;
+    } else {
+        PyErr_Clear();
+    }
+    Const array;
+    if (!nb::try_cast(z, array)) throw nb::type_error("z: expected numbers, a sequence or an array of floats");
+    if (int(array.size()) != columns) throw nb::value_error("z: has not as many components as the sensor measures");
+    std::copy(array.data(), array.data() + columns, to);
+}
+
+class LiveOne : public Live<double> {
+  public:
+    using Live<double>::Live;
+
+    Estimate update_one(nb::handle t, nb::handle z, int sensor, nb::object noise, nb::object input) {
+        const int columns = c->declared.columns();
+        double values[largest_measurement];
+        const double time = seconds(t);
+        components(z, columns, values);
+        if (std::isnan(time)) throw nb::value_error("t: is not a time");
+        if (started(0) && time < time_of(0)) throw nb::value_error("t: lies before the last update; updates must come in the order of time");
+        if (sensor < 0 || sensor >= int(c->sensors.size())) throw nb::value_error("sensor: there is no sensor of that index");
+        for (int r = 0; r < columns; ++r)
+            if (std::isinf(values[r])) throw nb::value_error("z: is infinite; a missing component is NaN or None");
+        Rows rows{&time, true, values};
+        rows.one_sensor = sensor;
+        Const R, u;
+        if (!noise.is_none()) {
+            R = nb::cast<Const>(noise);
+            rows.noise = R.data(), rows.full_noise = R.ndim() == 2;
+        }
+        if (!input.is_none()) u = nb::cast<Const>(input), rows.input = u.data();
+        Estimate e;
+        Live<double>::update(0, rows, with_nis, e);
+        e.c = c;
+        e.status = !e.started ? Status::none
+                   : e.outcome.initialised ? (e.outcome.restarted ? Status::restarted : Status::initialised)
+                   : e.outcome.gated ? Status::gated
+                   : e.outcome.measured ? Status::updated : Status::predicted;
+        return e;
+    }
+
+    Estimate predict_one(nb::handle t) {
+        Estimate e;
+        const double time = seconds(t);
+        Live<double>::predict(0, &time, true, e);
+        e.c = c, e.status = e.started ? Status::predicted : Status::none;
+        return e;
+    }
+};
+
+class LiveMany : public Live<Pack> {
+  public:
+    using Live<Pack>::Live;
+
+    // Writes x, P, mode probability, log-likelihood, NIS, its degrees of freedom, time and status of every target.
+    void update_all(Const t, Const z, nb::object sensor, nb::object noise, nb::object input, nb::list results, bool predict_only) {
+        BatchOutput out;
+        double *pointers[7] = {};
+        for (int k = 0; k < 7; ++k)
+            if (!results[k].is_none()) pointers[k] = nb::cast<Doubles>(results[k]).data();
+        unsigned char *status = nb::cast<nb::ndarray<unsigned char, nb::c_contig>>(results[7]).data();
+        Rows rows{t.data(), t.size() == 1, z.data()};
+        nb::ndarray<const std::int32_t, nb::c_contig> which;
+        Const R, u;
+        if (!sensor.is_none()) which = nb::cast<decltype(which)>(sensor), rows.sensor = which.data();
+        if (!noise.is_none()) R = nb::cast<Const>(noise), rows.noise = R.data(), rows.full_noise = R.ndim() == 3;
+        if (!input.is_none()) u = nb::cast<Const>(input), rows.input = u.data();
+        nb::gil_scoped_release released;
+        Combine<Pack> combine(*c);
+        Snapshot<Pack> s;
+        for (int p = 0; p < packs(); ++p) {
+            if (predict_only) Live<Pack>::predict(p, rows.time, rows.one_time, s);
+            else Live<Pack>::update(p, rows, pointers[4] ? with_nis : plain, s);
+            write(p, s, combine, pointers, status);
+        }
+    }
+
+  private:
+    void write(int p, const Snapshot<Pack> &s, Combine<Pack> &combine, double *const *to, unsigned char *status) {
+        const int n = c->reported.n, m = c->members();
+        Pack x[largest_state], P[packed_size(largest_state)];
+        if (to[0] || to[1]) combine(s.arena.data(), s.probability.data(), x, to[1] ? P : nullptr);
+        for (std::size_t i = 0; i < s.correction.size(); ++i) x[i] = x[i] + s.correction[i];
+        const std::vector<Pack> probability = set_probability(*c, s);
+        for (int l = 0; l < lanes && p * lanes + l < targets(); ++l) {
+            const int at = p * lanes + l;
+            const bool live = lane(s.started, l);
+            const Outcome<Pack> &o = s.outcome;
+            for (int r = 0; r < n && to[0]; ++r) to[0][at * n + r] = live ? x[r][l] : NAN;
+            for (int r = 0; r < n && to[1]; ++r)
+                for (int q = 0; q < n; ++q) to[1][(at * n + r) * n + q] = live ? P[packed(r, q)][l] : NAN;
+            for (int j = 0; j < m && to[2]; ++j) to[2][at * m + j] = live ? probability[j][l] : NAN;
+            const bool scored = lane(o.scored, l);
+            if (to[3]) to[3][at] = o.log_likelihood[l];
+            if (to[4]) to[4][at] = scored ? o.nis[l] : NAN;
+            if (to[5]) to[5][at] = scored ? o.dof[l] : 0.0;
+            if (to[6]) to[6][at] = s.time[l];
+            status[at] = static_cast<unsigned char>(!live ? Status::none
+                         : lane(o.initialised, l) ? (lane(o.restarted, l) ? Status::restarted : Status::initialised)
+                         : lane(o.gated, l) ? Status::gated
+                         : lane(o.measured, l) ? Status::updated : Status::predicted);
+        }
+    }
+};
+
+template <class L> nb::bytes save_state(const L &live) {
+    Vector all(std::size_t(live.numbers()) * live.targets());
+    for (int k = 0; k < live.targets(); ++k) live.save(k, &all[std::size_t(k) * live.numbers()]);
+    return nb::bytes(all.data(), all.size() * sizeof(double));
+}
+
+template <class L> void restore_state(L &live, nb::bytes state) {
+    const std::size_t count = std::size_t(live.numbers()) * live.targets();
+    if (state.size() != count * sizeof(double)) throw nb::value_error("state: was saved by another filter or for another number of targets");
+    Vector all(count);
+    std::memcpy(all.data(), state.c_str(), state.size());
+    for (int k = 0; k < live.targets(); ++k) live.restore(k, &all[std::size_t(k) * live.numbers()]);
+}
+
+template <class L> void begin_at(L &live, int k, Const x, Const P, double time) { live.begin(k, x.data(), P.data(), time); }
+
+const char *status_name(Status s) {
+    static const char *names[] = {"none", "updated", "predicted", "gated", "restarted", "initialised"};
+    return names[int(s)];
+}
+
+}  // namespace
+
+void bind_live(nb::module_ &module, nb::class_<Engine> &engine) {
+    engine
+        .def("one", [](const Engine &e, int lag) { return new LiveOne(e.scalar, 1, lag); })
+        .def("many", [](const Engine &e, int n, int lag) { return new LiveMany(e.pack, n, lag); });
+
+    nb::class_<Estimate>(module, "Estimate")
+        .def_prop_ro("time", [](const Estimate &e) { return e.time; })
+        .def_prop_ro("x", [](const Estimate &e) { return estimate_array(e, false); })
+        .def_prop_ro("P", [](const Estimate &e) { return estimate_array(e, true); })
+        .def_prop_ro("mode_probability",
+                     [](const Estimate &e) {
+                         double *to;
+                         const std::vector<double> probability = set_probability(*e.c, e);
+                         nb::object array = new_array(to, probability.size());
+                         for (std::size_t j = 0; j < probability.size(); ++j) to[j] = e.started ? probability[j] : NAN;
+                         return array;
+                     })
+        .def_prop_ro("log_likelihood", [](const Estimate &e) { return e.outcome.log_likelihood; })
+        .def_prop_ro("nis", [](const Estimate &e) { return e.outcome.scored ? e.outcome.nis : NAN; })
+        .def_prop_ro("nis_dof", [](const Estimate &e) { return e.outcome.scored ? e.outcome.dof : 0.0; })
+        .def_prop_ro("status", [](const Estimate &e) { return status_name(e.status); });
+
+    nb::class_<LiveOne>(module, "LiveOne")
+        .def("update", &LiveOne::update_one, "t"_a, "z"_a.none(), "sensor"_a = 0, "covariance"_a = nb::none(), "input"_a = nb::none(),
+             "One measurement at time t; returns the estimate it leads to. A missing z is None, a missing component NaN or None.")
+        .def("predict", &LiveOne::predict_one, "t"_a, "The estimate expected at time t; the live state is not touched.")
+        .def("begin", [](LiveOne &live, Const x, Const P, double time) { begin_at(live, 0, x, P, time); }, "x"_a, "P"_a, "time"_a,
+             "Start from a given state at a time.")
+        .def("reset", [](LiveOne &live) { live.reset(0); }, "Forget the target; the next position starts a new one.")
+        .def("save", save_state<LiveOne>, "The state as bytes, the same on every machine.")
+        .def("restore", restore_state<LiveOne>, "state"_a, "Take up a saved state.")
+        .def("__getstate__", save_state<LiveOne>);
+
+    nb::class_<LiveMany>(module, "LiveMany")
+        .def("update", &LiveMany::update_all, "t"_a, "z"_a, "sensor"_a.none(), "noise"_a.none(), "input"_a.none(), "results"_a, "predict_only"_a)
+        .def("begin", begin_at<LiveMany>)
+        .def("reset", &LiveMany::reset)
+        .def("time", &LiveMany::time_of)
+        .def("save", save_state<LiveMany>)
+        .def("restore", restore_state<LiveMany>);
+}

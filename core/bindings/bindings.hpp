@@ -1,0 +1,21 @@
+// What the parts of the Python face share.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include "run/engine.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace jink;
+
+using Vector = std::vector<double>;
+using Doubles = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
+using Const = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+
+void bind_declarations(nb::module_ &module);                       // enumerations and named fields of a filter
+void bind_live(nb::module_ &module, nb::class_<Engine> &engine);  // one scan at a time
+void bind_stepwise(nb::module_ &module);                          // models of the user's own
+void bind_population(nb::module_ &module);                        // learning
+void bind_gradient(nb::module_ &module);

@@ -1,0 +1,5 @@
+#include "instances/instances.hpp"
+
+namespace jink::inline JINK_LEVEL {
+JINK_SMOOTH(, double)
+}

@@ -1,7 +1,0 @@
-#define JINK_UNROLL _Pragma("GCC unroll 1")
-#include "gradient.hpp"
-#include "motion_kernels.hpp"
-
-namespace jink::inline JINK_LEVEL {
-template MotionKernels<Slopes> motion_kernels<Slopes>(const MotionSpec &, bool);
-}

@@ -1,0 +1,167 @@
+// Live tracking: one target (double) or many at once (Pack), scan by scan, with a fixed lag if wanted.
+#pragma once
+
+#include <deque>
+#include <memory>
+
+#include "run/batch.hpp"
+
+namespace jink::inline JINK_LEVEL {
+
+// What one update leaves of one target; states are combined only when looked at.
+template <class T> struct Snapshot {
+    T time;
+    std::vector<T> arena, probability, alive, correction;
+    Outcome<T> outcome;
+    Mask<T> started;
+};
+
+template <class T> class Live {
+  public:
+    Live(std::shared_ptr<const Composition<T>> composition, int targets, int lag_scans)
+        : c(std::move(composition)), step(*c), aid(*c), back(*c), n(targets), lag(lag_scans),
+          states((targets + width<T> - 1) / width<T>, TrackState<T>(*c)), history(lag > 0 ? states.size() : 0) {}
+
+    Live(const Live &) = delete;  // a track is one
+
+    const std::shared_ptr<const Composition<T>> c;
+    int targets() const { return n; }
+    int packs() const { return int(states.size()); }
+
+    // Row-wise input of all targets: z (n, columns); t one for all or one each; noise and input as in a batch, or null.
+    struct Rows {
+        const double *time;
+        bool one_time;
+        const double *z;
+        const std::int32_t *sensor = nullptr;
+        int one_sensor = 0;
+        const double *noise = nullptr;
+        bool full_noise = false;
+        const double *input = nullptr;
+    };
+
+    void update(int pack, const Rows &rows, int detail, Snapshot<T> &out) {
+        TrackState<T> &s = states[pack];
+        const int columns = c->declared.columns(), axes = c->declared.axes();
+        Scan<T> scan;
+        T input[3];
+        std::int32_t which[width<T>];
+        bool differ = false;
+        const int terms = !rows.noise ? 0 : rows.full_noise ? columns * columns : columns;
+        scan.own_noise = terms > 0, scan.own_full = rows.full_noise;
+        scan.input = rows.input ? input : nullptr;
+        for (int l = 0; l < width<T>; ++l) {
+            const int at = pack * width<T> + l;
+            const bool live = at < n;
+            const int row = live ? at : n - 1;
+            set_lane(scan.time, l, rows.time[rows.one_time ? 0 : row]);
+            set_lane(scan.active, l, live);
+            which[l] = rows.sensor ? rows.sensor[row] : rows.one_sensor;
+            differ = differ || which[l] != which[0];
+            for (int r = 0; r < columns; ++r) set_lane(scan.z[r], l, live ? rows.z[row * columns + r] : NAN);
+            for (int k = 0; k < terms; ++k) {
+                if (!rows.full_noise) set_lane(scan.R[k], l, rows.noise[row * columns + k]);
+                else if (k % columns <= k / columns) set_lane(scan.R[packed(k / columns, k % columns)], l, rows.noise[row * terms + k]);
+            }
+            for (int a = 0; a < axes && rows.input; ++a) set_lane(input[a], l, rows.input[row * axes + a]);
+        }
+        scan.one_sensor = which[0];
+        if (differ) scan.sensor = which;
+        const T before = s.time;
+        out.outcome = step.step(s, scan, detail);
+        if (aid.active()) aid(step, s, scan, out.outcome), out.correction = aid.correction;
+        if (lag > 0) {
+            delay(pack, scan, before, out);
+        } else {
+            out.time = s.time, out.arena = s.arena, out.probability = s.probability, out.alive = s.alive, out.started = s.started;
+        }
+    }
+
+    // Where the targets will be at a time, or were expected to be; the live state is not touched.
+    void predict(int pack, const double *time, bool one_time, Snapshot<T> &out) {
+        const TrackState<T> &s = states[pack];
+        T to;
+        for (int l = 0; l < width<T>; ++l) set_lane(to, l, time[one_time ? 0 : std::min(pack * width<T> + l, n - 1)]);
+        TrackState<T> copy = s;
+        step.ahead(copy, select<T>(s.started, to - s.time, splat<T>(0.0)), nullptr, nullptr);
+        step.ahead.merge_pairs();
+        out.time = to, out.arena = step.ahead.predicted, out.probability = step.ahead.prior, out.alive = copy.next, out.started = s.started;
+        out.correction.clear();
+        out.outcome.measured = out.outcome.scored = out.outcome.gated = out.outcome.restarted = out.outcome.initialised = splat_mask<T>(false);
+        out.outcome.log_likelihood = splat<T>(0.0), out.outcome.nis = nan_of<T>(), out.outcome.dof = splat<T>(0.0);
+    }
+
+    double time_of(int target) const { return lane(states[target / width<T>].time, target % width<T>); }
+    bool started(int target) const { return lane(states[target / width<T>].started, target % width<T>); }
+    void reset(int target) {
+        TrackState<T> &s = states[target / width<T>];
+        set_lane(s.started, target % width<T>, false);
+        set_lane(s.running, target % width<T>, false);
+        s.settled = false;
+    }
+    void begin(int target, const double *x, const double *P, double time) {
+        TrackState<T> &s = states[target / width<T>];
+        set_prior(*c, s, target % width<T>, x, P, time);
+        s.settled = all(s.running) && !std::isnan(time);  // without a time the first scan's is meant
+    }
+
+    // A target's state as plain numbers, the same on every machine; the fixed lag's past is not part of it.
+    int numbers() const {
+        return c->arena_size + c->count + c->carry_size + 2 * int(c->declared.propose.start.size()) + c->declared.memory_size() + 4 + 3 + 6 + 2;
+    }
+    void save(int target, double *to) const { exchange(states[target / width<T>], target % width<T>, to, false); }
+    void restore(int target, double *from) {
+        TrackState<T> &s = states[target / width<T>];
+        exchange(s, target % width<T>, from, true);
+        s.settled = all(s.running);
+    }
+
+  private:
+    Step<T> step;
+    Aid<T> aid;
+    Smooth<T> back;
+    int n, lag;
+    std::vector<TrackState<T>> states;
+    std::vector<std::deque<Record<T>>> history;
+    std::vector<std::deque<T>> times;
+
+    void delay(int pack, const Scan<T> &scan, T before, Snapshot<T> &out) {
+        const TrackState<T> &s = states[pack];
+        std::deque<Record<T>> &past = history[pack];
+        if (times.size() != history.size()) times.resize(history.size());
+        Record<T> r;
+        record(step, s, scan, out.outcome, before, r);
+        past.push_back(std::move(r)), times[pack].push_back(s.time);
+        if (int(past.size()) > lag + 1) past.pop_front(), times[pack].pop_front();
+        back.last(past.back());
+        for (int k = int(past.size()) - 2; k >= 0; --k) back.step(past[k], past[k + 1]);
+        out.time = times[pack].front(), out.arena = back.arena, out.probability = back.probability;
+        out.started = past.front().started;
+    }
+
+    template <class State> void exchange(State &s, int l, double *at, bool in) const {
+        const auto number = [&](auto &value) {
+            if constexpr (!std::is_const_v<State>) {
+                if (in) set_lane(value, l, *at);
+            }
+            if (!in) *at = lane(value, l);
+            ++at;
+        };
+        for (auto &value : s.arena) number(value);
+        for (auto *values : {&s.probability, &s.carry, &s.alive, &s.next, &s.memory})
+            for (auto &value : *values) number(value);
+        number(s.time), number(s.last_accepted), number(s.rejections), number(s.first_time);
+        for (auto &value : s.first) number(value);
+        for (auto &value : s.first_P) number(value);
+        const auto flag = [&](auto &mask) {
+            if constexpr (!std::is_const_v<State>) {
+                if (in) set_lane(mask, l, *at != 0.0);
+            }
+            if (!in) *at = lane(mask, l);
+            ++at;
+        };
+        flag(s.started), flag(s.running);
+    }
+};
+
+}  // namespace jink::inline JINK_LEVEL

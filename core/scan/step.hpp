@@ -1,0 +1,306 @@
+// One scan of one track (or one pack of tracks): mix, predict, update, weigh. What combine.hpp makes of it goes out.
+#pragma once
+
+#include "scan/consistency.hpp"
+#include "scan/input_estimation.hpp"
+#include "scan/propagate.hpp"
+#include "scan/scores.hpp"
+#include "scan/start.hpp"
+#include "scan/variable_dimension.hpp"
+
+namespace jink::inline JINK_LEVEL {
+
+// What the update sees of a sensor: of a converted one, a position.
+template <class T> SensorSpec seen(const Sensor<T> &sensor) {
+    SensorSpec spec = sensor.spec;
+    if (sensor.converted) spec.kind = SensorKind::position, spec.rows = spec.axes;
+    return spec;
+}
+
+template <class T> class Step {
+  public:
+    explicit Step(const Composition<T> &composition);
+
+    const Composition<T> &c;
+    Propagate<T> ahead;  // the modes as predicted for this scan
+
+    Outcome<T> step(TrackState<T> &s, const Scan<T> &scan, int detail);
+
+    // The measurement as the sensor's update wants it; a converted one becomes a position with a full covariance.
+    void measure(const Scan<T> &scan, const Sensor<T> &sensor, Mask<T> lanes_of_it, Measurement<T> &m, bool as_it_is = false) const {
+        const SensorSpec &spec = sensor.spec;
+        const Mask<T> usable = scan.active & lanes_of_it;
+        for (int r = 0; r < spec.rows; ++r) m.z[r] = scan.z[r], m.present[r] = usable & inverse(is_nan(scan.z[r]));
+        m.full = scan.own_noise ? scan.own_full : spec.correlated;
+        const T *noise = scan.own_noise ? scan.R : sensor.noise.data();
+        const int terms = m.full ? packed_size(spec.rows) : spec.rows;
+        for (int k = 0; k < terms; ++k) m.R[k] = noise[k];
+        if (!sensor.converted || as_it_is) return;
+        const Fix<T> fix = position_fix(spec, m);
+        for (int a = 0; a < spec.axes; ++a) m.z[a] = fix.p[a], m.present[a] = fix.position;
+        for (int k = 0; k < packed_size(spec.axes); ++k) m.R[k] = fix.P[k];
+        m.full = true;
+    }
+
+    // The measured position, whatever the sensors.
+    Fix<T> position_of(const Scan<T> &scan) const {
+        Fix<T> fix;
+        for (int sensor = 0; sensor < int(c.sensors.size()); ++sensor) {
+            Mask<T> mine = splat_mask<T>(!scan.sensor);
+            for (int l = 0; l < width<T> && scan.sensor; ++l) set_lane(mine, l, scan.sensor[l] == sensor);
+            if (!scan.sensor && sensor != scan.one_sensor) continue;
+            Measurement<T> m;
+            measure(scan, c.sensors[sensor], mine, m, true);
+            Fix<T> own = position_fix(c.sensors[sensor].spec, m);
+            own.position = own.position & scan.active & mine;
+            if (!scan.sensor) return own;
+            if (sensor == 0) fix = own;
+            fix.position = fix.position | own.position;
+            for (int a = 0; a < 3; ++a) fix.p[a] = select<T>(own.position, own.p[a], fix.p[a]);
+            for (int k = 0; k < 6; ++k) fix.P[k] = select<T>(own.position, own.P[k], fix.P[k]);
+        }
+        return fix;
+    }
+
+  private:
+    InputEstimation<T> estimation;
+    VariableDimension<T> dimension;
+    Scores<T> scores;
+    std::vector<T> log_prior, posterior, updated;  // updated: pairs
+    TrackState<T> before;                          // the scan, where some mode adapts to residuals
+    std::vector<Innovation<T>> innovations;       // of each mode or pair of modes, then of the side estimator
+    int always = plain;
+
+    Hypotheses<T> hypotheses() const {
+        if (ahead.pairwise()) return {c.count * c.count, ahead.pair_prior.data(), innovations.data()};
+        return {c.count, ahead.prior.data(), innovations.data()};
+    }
+
+    void update_modes(TrackState<T> &s, const Sensor<T> &sensor, const Measurement<T> &m, int detail) {
+        const SensorSpec spec = seen(sensor);
+        for (int j = 0; j < int(c.modes.size()); ++j) {
+            const Mode<T> &mode = c.modes[j];
+            if (c.proposes() && j < c.count && !any(living(s.next[j]))) continue;
+            const UpdateKernels<T> &k = mode.update;
+            UpdateKernel<T> kernel = k.general;
+            if (spec.linear()) kernel = spec.kind == SensorKind::position ? k.position : k.position_velocity;
+            else if (!spec.linear() && c.declared.unscented) kernel = k.unscented;
+            if (ahead.pairwise() && j < c.count) {
+                for (int i = 0; i < c.count; ++i) {
+                    const int at = (j * c.count + i) * ahead.stride;
+                    kernel(spec, m, &ahead.pairs[at], &updated[at], innovations[j * c.count + i], detail != plain);
+                }
+                continue;
+            }
+            Innovation<T> &v = j < c.count ? innovations[j] : innovations.back();
+            kernel(spec, m, &ahead.predicted[mode.place], &s.arena[mode.place], v, detail != plain);
+        }
+    }
+
+    // Lanes with different sensors: each sensor's lanes are stepped as if they were alone, the others kept.
+    void several(TrackState<T> &s, const Scan<T> &scan, int detail, Outcome<T> &out) {
+        const TrackState<T> held = s;
+        TrackState<T> after = s;
+        for (int sensor = 0; sensor < int(c.sensors.size()); ++sensor) {
+            Mask<T> mine = splat_mask<T>(false);
+            for (int l = 0; l < width<T>; ++l) set_lane(mine, l, scan.sensor[l] == sensor);
+            if (!any(mine)) continue;
+            TrackState<T> trial = held;
+            Outcome<T> part;
+            Measurement<T> m;
+            measure(scan, c.sensors[sensor], mine, m);
+            update_modes(trial, c.sensors[sensor], m, detail);
+            finish(trial, scan, c.sensors[sensor], m, detail, part);
+            merge(mine, trial, part, after, out);
+        }
+        s = after;
+        s.settled = all(s.running);
+    }
+
+    void merge(Mask<T> mine, const TrackState<T> &from, const Outcome<T> &part, TrackState<T> &to, Outcome<T> &out) const {
+        const auto take = [&](T &a, const T &b) { a = select<T>(mine, b, a); };
+        const auto take_mask = [&](Mask<T> &a, Mask<T> b) { a = (a & inverse(mine)) | (b & mine); };
+        for (int k = 0; k < c.arena_size; ++k) take(to.arena[k], from.arena[k]);
+        for (int j = 0; j < c.count; ++j) take(to.probability[j], from.probability[j]);
+        for (std::size_t k = 0; k < to.carry.size(); ++k) take(to.carry[k], from.carry[k]);
+        for (std::size_t k = 0; k < to.memory.size(); ++k) take(to.memory[k], from.memory[k]);
+        for (std::size_t k = 0; k < to.next.size(); ++k) take(to.next[k], from.next[k]), take(to.alive[k], from.alive[k]);
+        take(to.last_accepted, from.last_accepted), take(to.first_time, from.first_time), take(to.rejections, from.rejections);
+        for (int k = 0; k < 3; ++k) take(to.first[k], from.first[k]);
+        for (int k = 0; k < 6; ++k) take(to.first_P[k], from.first_P[k]);
+        take_mask(to.started, from.started), take_mask(to.running, from.running);
+        take(out.log_likelihood, part.log_likelihood), take(out.dof, part.dof), take(out.nis, part.nis);
+        for (int r = 0; r < largest_measurement; ++r) take(out.pit[r], part.pit[r]);
+        take_mask(out.measured, part.measured), take_mask(out.scored, part.scored), take_mask(out.gated, part.gated);
+        take_mask(out.restarted, part.restarted), take_mask(out.initialised, part.initialised);
+    }
+
+    // Bayes' rule over the modes, gating, and the start of tracks that need one.
+    void finish(TrackState<T> &s, const Scan<T> &scan, const Sensor<T> &sensor, const Measurement<T> &m, int detail, Outcome<T> &out) {
+        const SensorSpec spec = seen(sensor);
+        const T zero = splat<T>(0.0);
+        T dof = zero, log_outlier = zero;
+        for (int r = 0; r < spec.rows; ++r) {
+            dof = dof + select<T>(m.present[r], splat<T>(1.0), zero);
+            if (c.declared.outlier_share > 0.0)
+                log_outlier = log_outlier - select<T>(m.present[r], splat<T>(sensor.log_extent[r]), zero);
+        }
+        out.dof = dof;
+        out.measured = dof > zero;
+        out.gated = out.restarted = out.initialised = splat_mask<T>(false);
+        out.scored = out.measured & s.running;
+        if (detail & with_nis) out.nis = matched_nis(hypotheses(), spec.rows, m.present);
+        if (detail & with_pit) {
+            for (auto &value : out.pit) value = nan_of<T>();
+            transform(hypotheses(), spec.rows, m.present, log_prior, out.pit);
+        }
+        const bool gating = c.declared.outlier_share > 0.0;
+        if (gating) ahead.merge_pairs();
+        weigh(s, dof, out);
+        if (ahead.pairwise()) collapse(s);
+        if (scores.active()) scores(s, ahead.prior.data(), innovations.data(), dof);
+        if (gating) gate(s, scan.input, log_outlier, out);
+        if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
+        s.last_accepted = select<T>(out.measured & inverse(out.gated), s.time, s.last_accepted);
+        if (!s.settled || any(out.restarted)) begin(s, sensor.spec, scan, sensor, out);
+    }
+
+    void weigh(TrackState<T> &s, T dof, Outcome<T> &out) {
+        constexpr double log_two_pi = 1.83787706640934548356;
+        const Hypotheses<T> h = hypotheses();
+        const int n = h.count;
+        if (n == 1) {
+            out.log_likelihood = -0.5 * (innovations[0].nis + logarithm<T>(innovations[0].det) + log_two_pi * dof);
+        } else {
+            T *after = ahead.pairwise() ? posterior.data() : s.probability.data();
+            for (int j = 0; (c.proposes() || ahead.pairwise()) && j < n; ++j) {  // what cannot be does not say which fits best
+                const Mask<T> possible = h.prior[j] > splat<T>(0.0);
+                innovations[j].nis = select<T>(c.proposes() ? possible & living(s.next[j]) : possible, innovations[j].nis, splat<T>(1e300));
+            }
+            // c_j N_j / max over exp(-nis/2) of the best fitting mode, which cannot all underflow
+            T least = innovations[0].nis;
+            for (int j = 1; j < n; ++j) least = smaller<T>(innovations[j].nis, least);
+            T sum = splat<T>(0.0);
+            for (int j = 0; j < n; ++j) {
+                const Innovation<T> &v = innovations[j];
+                after[j] = h.prior[j] * reciprocal_root(v.det) * exponential<T>(0.5 * (least - v.nis));
+                sum = sum + after[j];
+            }
+            const T over = reciprocal(sum);
+            for (int j = 0; j < n; ++j) after[j] = after[j] * over;
+            out.log_likelihood = logarithm<T>(sum) - 0.5 * (least + log_two_pi * dof);
+        }
+        out.log_likelihood = select<T>(out.measured, out.log_likelihood, splat<T>(0.0));
+    }
+
+    // GPB2: each mode's pairs become one estimate.
+    void collapse(TrackState<T> &s) {
+        const int m = c.count;
+        for (int j = 0; j < m; ++j) {
+            T *p = &posterior[j * m], sum = p[0];
+            for (int i = 1; i < m; ++i) sum = sum + p[i];
+            s.probability[j] = sum;
+            const T over = reciprocal(larger<T>(sum, splat<T>(1e-300)));
+            const Mask<T> dead = sum < splat<T>(1e-300);
+            for (int i = 0; i < m; ++i) p[i] = select<T>(dead, splat<T>(1.0 / m), p[i] * over);
+            ahead.merge(j, &updated[j * m * ahead.stride], &s.arena[c.modes[j].place], p);
+        }
+    }
+
+    // A measurement is either the target's, with the innovation's density over all modes, or an outlier, uniform over the
+    // sensor's extent. The likelihood is that of the mixture; at run time the likelier of the two is believed.
+    void gate(TrackState<T> &s, const T *input, T log_outlier, Outcome<T> &out) {
+        const T target = out.log_likelihood + c.log_target_share, outlier = log_outlier + c.log_outlier_share;
+        const T high = larger<T>(target, outlier), low = smaller<T>(target, outlier);
+        const T mixture = high + logarithm<T>(1.0 + exponential<T>(low - high));
+        out.log_likelihood = select<T>(out.measured, mixture, out.log_likelihood);
+        out.gated = out.measured & (target < outlier) & s.running;
+        s.rejections = select<T>(out.measured, select<T>(out.gated, s.rejections + 1.0, splat<T>(0.0)), s.rejections);
+        if (!any(out.gated)) return;
+        if (c.residuals) {
+            TrackState<T> same = before;
+            ahead.again_without_fix(same, input, out.gated);
+            for (std::size_t k = 0; k < s.carry.size(); ++k) s.carry[k] = select<T>(out.gated, same.carry[k], s.carry[k]);
+        }
+        for (const Mode<T> &mode : c.modes)
+            for (int k = mode.place; k < mode.place + mode.size(); ++k)
+                s.arena[k] = select<T>(out.gated, ahead.predicted[k], s.arena[k]);
+        for (int j = 0; j < c.count; ++j) s.probability[j] = select<T>(out.gated, ahead.prior[j], s.probability[j]);
+        if (c.declared.restart_after > 0)
+            out.restarted = out.gated & (s.rejections >= splat<T>(c.declared.restart_after));
+    }
+
+    // Tracks without a state start from one measured position; the second position completes a two-point start.
+    void begin(TrackState<T> &s, const SensorSpec &spec, const Scan<T> &scan, const Sensor<T> &sensor, Outcome<T> &out) {
+        Measurement<T> m;
+        measure(scan, sensor, splat_mask<T>(true), m, true);
+        const Fix<T> fix = position_fix(spec, m);
+        const Mask<T> fresh = scan.active & fix.position & (inverse(s.started) | out.restarted);
+        const Mask<T> second = scan.active & fix.position & s.started & inverse(s.running) & inverse(out.restarted);
+        const bool two_point = c.declared.start == Start::two_point;
+        if (any(second)) complete(c, s, fix, second);
+        if (any(fresh)) {
+            start(c, s, fix, fresh);
+            const Mask<T> done = two_point ? fix.velocity | out.restarted : splat_mask<T>(true);
+            s.running = (s.running & inverse(fresh)) | (fresh & done);
+        }
+        out.initialised = fresh | (second & s.running);
+        out.restarted = out.restarted & fresh;
+        const Mask<T> counted = out.scored | out.restarted;
+        out.log_likelihood = select<T>(counted, out.log_likelihood, splat<T>(0.0));
+        out.scored = out.scored & inverse(fresh);
+        s.started = s.started | fresh;
+        s.rejections = select<T>(fresh, splat<T>(0.0), s.rejections);
+        s.last_accepted = select<T>(fresh | second, s.time, s.last_accepted);
+        s.settled = all(s.running);
+    }
+};
+
+template <class T>
+Step<T>::Step(const Composition<T> &composition)
+    : c(composition), ahead(composition), estimation(composition), dimension(composition), scores(composition), before(composition) {
+    const int hypotheses = ahead.pairwise() ? c.count * c.count : c.count;
+    innovations.resize(hypotheses + c.declared.side.size());
+    for (auto &v : innovations) {
+        v = Innovation<T>();
+        v.det = splat<T>(1.0);
+        for (auto &S : v.S) S = splat<T>(1.0);
+    }
+    if (ahead.pairwise()) posterior.resize(hypotheses), updated.resize(ahead.pairs.size());
+    if (estimation.active()) always = with_innovations;
+}
+
+template <class T> Outcome<T> Step<T>::step(TrackState<T> &s, const Scan<T> &scan, int detail) {
+    Outcome<T> out;
+    const T zero = splat<T>(0.0);
+    if (c.declared.coast > 0.0) {
+        const Mask<T> lost = s.started & (scan.time - s.last_accepted > splat<T>(c.declared.coast));
+        if (any(lost)) s.started = s.started & inverse(lost), s.running = s.running & inverse(lost), s.settled = false;
+    }
+    T dt = scan.time - s.time;
+    if (!s.settled) dt = select<T>(s.started & inverse(is_nan(s.time)), dt, zero);
+    dt = select<T>(scan.active, dt, zero);
+    if (c.residuals) {
+        const Fix<T> fix = position_of(scan);
+        if (c.declared.outlier_share > 0.0) before = s;
+        ahead(s, dt, scan.input, &fix);
+    } else {
+        ahead(s, dt, scan.input, nullptr);
+    }
+    s.time = select<T>(scan.active, scan.time, s.time);
+    Measurement<T> m;
+    if (!scan.sensor) {
+        const Sensor<T> &sensor = c.sensors[scan.one_sensor];
+        measure(scan, sensor, splat_mask<T>(true), m);
+        update_modes(s, sensor, m, detail | always);
+        finish(s, scan, sensor, m, detail | always, out);
+    } else {
+        several(s, scan, detail | always, out);
+    }
+    if (dimension.active())
+        dimension(s, position_of(scan), dt, innovations[0].nis, out.scored & inverse(out.gated), scan.active & s.running, out.initialised | out.restarted);
+    else if (c.proposes()) ahead.proposal.close(s, scan.active);
+    return out;
+}
+
+}  // namespace jink::inline JINK_LEVEL

@@ -1,0 +1,272 @@
+// The measurement update of one mode, one measured component after the other.
+//
+//   c = P h',  S = h c + R,  x += c (z - h x) / S,  P -= c c' / S
+//
+// which equals the joint update. The subtraction is kept positive definite by construction (see rounding_share); where a
+// component of the state itself is measured its row and column are scaled by R / S instead, without cancellation.
+// A missing component has gain zero.
+#pragma once
+
+#include "models/motion.hpp"
+#include "models/sensor.hpp"
+
+namespace jink::inline JINK_LEVEL {
+
+// What an update says of its measurement: for the mode's likelihood nis and det; for the rest only if asked.
+template <class T> struct Innovation {
+    T nis, det;                                           // e' S^-1 e and det S over the measured components
+    T e[largest_measurement], S[largest_measurement];     // one after the other, each given those before it
+    T y[largest_measurement];                             // z - h(x-), 0 where missing
+    T joint[packed_size(largest_measurement)];            // its covariance, 1 on the diagonal where missing
+};
+
+template <class T>
+using UpdateKernel = void (*)(const SensorSpec &, const Measurement<T> &, const T *in, T *out, Innovation<T> &, bool detail);
+
+template <class T> struct UpdateKernels {
+    UpdateKernel<T> position, position_velocity, general, unscented;
+};
+
+// A full R = L D L' with unit lower L makes the errors independent once each measured component of the state (and of z) has
+// L's multiples of those before it taken away; afterwards they are put back. Missing components take no part.
+template <class T, int A, int B, int N, int Rows> struct Decorrelate {
+    T L[packed_size(Rows)], D[Rows];
+    static constexpr int place(int r) { return (r % A) * B + r / A; }
+
+    explicit Decorrelate(const Measurement<T> &m) {
+        const T zero = splat<T>(0.0), one = splat<T>(1.0);
+        for (int r = 0; r < Rows; ++r)
+            for (int q = 0; q <= r; ++q) {
+                T sum = select<T>(m.present[r] & m.present[q], m.R[packed(r, q)], q == r ? one : zero);
+                for (int k = 0; k < q; ++k) sum = sum - L[packed(r, k)] * L[packed(q, k)] * D[k];
+                if (q == r) D[r] = sum, L[packed(r, r)] = one;
+                else L[packed(r, q)] = sum / D[q];
+            }
+    }
+
+    // Row r of the state loses (sign -1) or regains (sign 1) the multiples of the rows before it.
+    void turn(double sign, T *x, T *P) const {
+        for (int k = 0; k < Rows; ++k) {
+            const int r = sign < 0 ? k : Rows - 1 - k, p = place(r);
+            for (int q = 0; q < r; ++q) add(p, place(sign < 0 ? q : r - 1 - q), sign * L[packed(r, sign < 0 ? q : r - 1 - q)], x, P);
+        }
+    }
+
+    static void add(int p, int q, T l, T *x, T *P) {
+        x[p] = x[p] + l * x[q];
+        const T corner = P[packed(p, p)] + l * (2.0 * P[packed(p, q)] + l * P[packed(q, q)]);
+        for (int i = 0; i < N; ++i)
+            if (i != p) P[packed(p, i)] = P[packed(p, i)] + l * P[packed(q, i)];
+        P[packed(p, p)] = corner;
+    }
+};
+
+template <class T, int A, int B, int N, int Rows>
+[[gnu::noinline]] void independent(const Measurement<T> &m, double sign, T *x, T *P, T *z, T *R) {
+    const Decorrelate<T, A, B, N, Rows> change(m);
+    change.turn(sign, x, P);
+    for (int r = 0; r < Rows && sign < 0; ++r) {
+        R[r] = change.D[r];
+        for (int q = 0; q < r; ++q) z[r] = z[r] - select<T>(m.present[q], change.L[packed(r, q)] * z[q], splat<T>(0.0));
+    }
+}
+
+// Position, or position and velocity: components of the state itself are measured.
+template <class T, int A, int B, int N, bool Velocity>
+void update_direct(const SensorSpec &spec, const Measurement<T> &m, const T *in, T *out, Innovation<T> &v, bool detail) {
+    constexpr int rows = Velocity ? 2 * A : A, size = packed_size(N);
+    T x[N], P[size];
+    JINK_UNROLL
+    for (int i = 0; i < N; ++i) x[i] = in[i];
+    JINK_UNROLL
+    for (int k = 0; k < size; ++k) P[k] = in[N + k];
+    const T zero = splat<T>(0.0), one = splat<T>(1.0);
+    if (detail) {
+        for (int r = 0; r < rows; ++r) {
+            const int p = (r % A) * B + r / A;
+            v.y[r] = select<T>(m.present[r], m.z[r] - in[p], zero);
+            for (int q = 0; q <= r; ++q) {
+                const T noise = m.full ? m.R[packed(r, q)] : q == r ? m.R[r] : zero;
+                const T S = in[N + packed(p, (q % A) * B + q / A)] + noise;
+                v.joint[packed(r, q)] = select<T>(m.present[r] & m.present[q], S, q == r ? one : zero);
+            }
+        }
+    }
+    T nis = zero, det = one, z[rows], R[rows];
+    JINK_UNROLL
+    for (int r = 0; r < rows; ++r) z[r] = m.z[r], R[r] = m.R[r];
+    if (m.full) independent<T, A, B, N, rows>(m, -1.0, x, P, z, R);
+    JINK_UNROLL
+    for (int r = 0; r < rows; ++r) {
+        const int p = (r % A) * B + r / A;
+        const T S = P[packed(p, p)] + R[r];
+        const T inverse_S = reciprocal(S);
+        const T e = select<T>(m.present[r], z[r] - x[p], zero);
+        const T gain = select<T>(m.present[r], inverse_S, zero);
+        const T kept = select<T>(m.present[r], R[r] * inverse_S, one);
+        const T scaled = gain * e;
+        nis = nis + scaled * e;
+        det = det * select<T>(m.present[r], S, one);
+        if (detail) v.e[r] = e, v.S[r] = select<T>(m.present[r], S, one);
+        T c[N];
+        JINK_UNROLL
+        for (int i = 0; i < N; ++i) c[i] = P[packed(i, p)];
+        JINK_UNROLL
+        for (int i = 0; i < N; ++i) x[i] = x[i] + c[i] * scaled;
+        JINK_UNROLL
+        for (int i = 0; i < N; ++i) {
+            const T g = c[i] * gain;
+            JINK_UNROLL
+            for (int j = 0; j < N; ++j) {
+                if (j > i) continue;
+                if (i == p || j == p) P[packed(i, j)] = P[packed(i, j)] * kept;
+                else if (i == j) P[packed(i, i)] = P[packed(i, i)] * (1.0 + rounding_share(N)) - g * c[i];
+                else P[packed(i, j)] = P[packed(i, j)] - g * c[j];
+            }
+        }
+    }
+    (void)spec;
+    if (m.full) independent<T, A, B, N, rows>(m, 1.0, x, P, z, R);
+    v.nis = nis, v.det = det;
+    JINK_UNROLL
+    for (int i = 0; i < N; ++i) out[i] = x[i];
+    JINK_UNROLL
+    for (int k = 0; k < size; ++k) out[N + k] = P[k];
+}
+
+// Rows H with residual y about the predicted state; R packed if `full`, else variances.
+template <class T, int N>
+void update_rows(int rows, const Mask<T> *present, T *y, T *H, T *R, bool full, const T *in, T *out, Innovation<T> &v, bool detail) {
+    constexpr int size = packed_size(N);
+    const T zero = splat<T>(0.0), one = splat<T>(1.0);
+    T scale[largest_measurement];
+    for (int r = 0; r < rows; ++r) {
+        scale[r] = one;
+        y[r] = select<T>(present[r], y[r], zero);
+        for (int k = 0; k < N; ++k) H[r * N + k] = select<T>(present[r], H[r * N + k], zero);
+    }
+    if (full)
+        for (int r = 0; r < rows; ++r)
+            for (int q = 0; q <= r; ++q)
+                R[packed(r, q)] = select<T>(present[r] & present[q], R[packed(r, q)], q == r ? one : zero);
+    if (detail)
+        for (int r = 0; r < rows; ++r) {
+            T c[N];
+            for (int i = 0; i < N; ++i) {
+                c[i] = zero;
+                for (int k = 0; k < N; ++k) c[i] = c[i] + H[r * N + k] * in[N + packed(i, k)];
+            }
+            v.y[r] = y[r];
+            for (int q = 0; q <= r; ++q) {
+                T S = full ? R[packed(r, q)] : (q == r ? select<T>(present[r], R[r], one) : zero);
+                for (int k = 0; k < N; ++k) S = S + H[q * N + k] * c[k];
+                v.joint[packed(r, q)] = S;
+            }
+        }
+    if (full) {  // whiten: L^-1 y, L^-1 H, unit noise
+        T L[packed_size(largest_measurement)], column[largest_measurement];
+        cholesky<T>(rows, R, L);
+        solve_lower<T>(rows, L, y);
+        for (int k = 0; k < N; ++k) {
+            for (int r = 0; r < rows; ++r) column[r] = H[r * N + k];
+            solve_lower<T>(rows, L, column);
+            for (int r = 0; r < rows; ++r) H[r * N + k] = column[r];
+        }
+        for (int r = 0; r < rows; ++r) scale[r] = L[packed(r, r)], R[r] = one;
+    }
+    T moved[N], P[size];
+    for (int i = 0; i < N; ++i) moved[i] = zero;
+    JINK_UNROLL
+    for (int k = 0; k < size; ++k) P[k] = in[N + k];
+    T nis = zero, det = one;
+    for (int r = 0; r < rows; ++r) {
+        const T *h = H + r * N;
+        T c[N], e = y[r], S = R[r];
+        JINK_UNROLL
+        for (int i = 0; i < N; ++i) {
+            c[i] = h[0] * P[packed(i, 0)];
+            JINK_UNROLL
+            for (int k = 1; k < N; ++k) c[i] = c[i] + h[k] * P[packed(i, k)];
+        }
+        JINK_UNROLL
+        for (int k = 0; k < N; ++k) S = S + h[k] * c[k], e = e - h[k] * moved[k];
+        const T inverse_S = reciprocal(S);
+        const T gain = select<T>(present[r], inverse_S, zero), scaled = gain * e;
+        nis = nis + scaled * e;
+        det = det * select<T>(present[r], S * scale[r] * scale[r], one);
+        if (detail) v.e[r] = e * scale[r], v.S[r] = select<T>(present[r], S * scale[r] * scale[r], one);
+        JINK_UNROLL
+        for (int i = 0; i < N; ++i) moved[i] = moved[i] + c[i] * scaled;
+        JINK_UNROLL
+        for (int i = 0; i < N; ++i) {
+            const T g = c[i] * gain;
+            JINK_UNROLL
+            for (int j = 0; j < N; ++j) {
+                if (j > i) continue;
+                const T kept = i == j ? P[packed(i, i)] * (1.0 + rounding_share(N)) : P[packed(i, j)];
+                P[packed(i, j)] = kept - g * c[j];
+            }
+        }
+    }
+    v.nis = nis, v.det = det;
+    JINK_UNROLL
+    for (int i = 0; i < N; ++i) out[i] = in[i] + moved[i];
+    JINK_UNROLL
+    for (int k = 0; k < size; ++k) out[N + k] = P[k];
+}
+
+// Any sensor, linearised at the predicted state (extended Kalman filter).
+template <class T, int B, int N>
+void update_general(const SensorSpec &spec, const Measurement<T> &m, const T *in, T *out, Innovation<T> &v, bool detail) {
+    T y[largest_measurement], H[largest_measurement * N], R[packed_size(largest_measurement)];
+    observe(spec, B, N, in, y);
+    residual(spec, m.z, y, y);
+    observe_jacobian(spec, B, N, in, H);
+    for (int k = 0; k < (m.full ? packed_size(spec.rows) : spec.rows); ++k) R[k] = m.R[k];
+    update_rows<T, N>(spec.rows, m.present, y, H, R, m.full, in, out, v, detail);
+}
+
+// Any sensor by statistical linearisation over the symmetric points of predict_unscented: the regression of h on x,
+// what it leaves over added to R. Equal to the unscented update, and as safe as the linear one.
+template <class T, int B, int N>
+void update_unscented(const SensorSpec &spec, const Measurement<T> &m, const T *in, T *out, Innovation<T> &v, bool detail) {
+    constexpr int M = largest_measurement;
+    T L[packed_size(N)], centre[M], y[M], H[M * N], R[packed_size(M)], up[N][M], down[N][M], mean[M];
+    const double spread = std::sqrt(double(N));
+    const int rows = spec.rows;
+    cholesky<T>(N, in + N, L);
+    observe(spec, B, N, in, centre);
+    for (int r = 0; r < rows; ++r) mean[r] = splat<T>(0.0);
+    for (int s = 0; s < N; ++s) {
+        T above[N], below[N];
+        for (int i = 0; i < N; ++i) {
+            const T step = i < s ? splat<T>(0.0) : spread * L[packed(i, s)];
+            above[i] = in[i] + step, below[i] = in[i] - step;
+        }
+        observe(spec, B, N, above, up[s]);
+        observe(spec, B, N, below, down[s]);
+        residual(spec, up[s], centre, up[s]);
+        residual(spec, down[s], centre, down[s]);
+        for (int r = 0; r < rows; ++r) mean[r] = mean[r] + (up[s][r] + down[s][r]) * (0.5 / N);
+    }
+    residual(spec, m.z, centre, y);
+    for (int r = 0; r < rows; ++r) {
+        y[r] = y[r] - mean[r];
+        T slopes[N];
+        for (int s = 0; s < N; ++s) slopes[s] = (up[s][r] - down[s][r]) * (0.5 / spread);
+        solve_upper<T>(N, L, slopes);
+        for (int k = 0; k < N; ++k) H[r * N + k] = slopes[k];
+        for (int q = 0; q <= r; ++q) {
+            T sum = splat<T>(0.0);
+            for (int s = 0; s < N; ++s)
+                sum = sum + (0.5 * (up[s][r] + down[s][r]) - mean[r]) * (0.5 * (up[s][q] + down[s][q]) - mean[q]);
+            const T noise = m.full ? m.R[packed(r, q)] : (q == r ? m.R[r] : splat<T>(0.0));
+            R[packed(r, q)] = noise + sum * (1.0 / N);
+        }
+    }
+    update_rows<T, N>(rows, m.present, y, H, R, true, in, out, v, detail);
+}
+
+template <class T> UpdateKernels<T> update_kernels(const StateShape &shape);
+
+}  // namespace jink::inline JINK_LEVEL

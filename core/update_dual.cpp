@@ -1,7 +1,0 @@
-#define JINK_UNROLL _Pragma("GCC unroll 1")
-#include "gradient.hpp"
-#include "update_kernels.hpp"
-
-namespace jink::inline JINK_LEVEL {
-template UpdateKernels<Slopes> update_kernels<Slopes>(const StateShape &);
-}
