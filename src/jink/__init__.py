@@ -3,7 +3,7 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .estimate import STATUS, Estimate
+from .estimate import STATUS, Estimate, Status
 from .filters.imm import IMM
 from .filters.kalman import Kalman
 from .models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from .tracking.batch import track
 
 __all__ = [
-    "__version__",
     "GPB1",
     "GPB2",
     "IMM",
@@ -68,9 +67,11 @@ __all__ = [
     "Singer",
     "Sojourn",
     "StaticMM",
+    "Status",
     "TwoPoint",
     "TwoStageAcceleration",
     "VariableDimension",
+    "__version__",
     "load",
     "track",
 ]

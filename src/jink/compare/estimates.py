@@ -15,7 +15,6 @@ from ..scenarios import Simulation
 
 OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "log_likelihood_scan", "status")
 QUIET = "constant_velocity"  # modes of this name do not manoeuvre
-UPDATED, GATED = 1, 3
 
 
 @dataclass(frozen=True)
@@ -125,8 +124,7 @@ def _modes(estimate: Any, shape: tuple[int, ...]) -> dict[str, Any]:
 
 def _scored(estimate: Any) -> Array:
     """ln p(z) of the rows that were taken or gated; the others predict no measurement."""
-    status = estimate.status
-    return np.where((status == UPDATED) | (status == GATED), estimate.log_likelihood_scan, np.nan)
+    return np.where(estimate.scored, estimate.log_likelihood_scan, np.nan)
 
 
 def _along_each_axis(filter: Any, simulation: Simulation) -> Answer:

@@ -18,6 +18,7 @@ import numpy as np
 from ..catalogue import Purpose, Unfit
 from ..catalogue.choose import sensor_of
 from ..checks import Array
+from ..estimate import Status
 from ..io.errors import InputError
 from ..io.loading import Reading, load_files
 from ..models.outliers import Outliers
@@ -27,7 +28,7 @@ from ..tracking.cleaning import Cleaning, changes, clean
 from ..tracking.noise_level import noise_levels
 from ..tracking.placing import Placed, begin_with_height, place
 from .entrants import SUFFIX, Entrant, enter
-from .estimates import GATED, UPDATED, measured_position
+from .estimates import measured_position
 from .example import recorded_example
 from .filter_files import from_file
 from .result import Race
@@ -193,7 +194,7 @@ def repeated(z: Array, offsets: np.ndarray) -> np.ndarray:
 def purpose_of(path: str, recording: Recording, kind: str) -> Purpose:
     def loss(filter: Any) -> float:
         estimate = filter.filter(**recording.keywords(), outputs=("log_likelihood_scan", "status"))
-        rows = recording.fitting & ((estimate.status == UPDATED) | (estimate.status == GATED))
+        rows = recording.fitting & estimate.scored
         return -float(estimate.log_likelihood_scan[rows].mean()) if rows.any() else np.inf
 
     steps = np.diff(recording.time)
@@ -236,7 +237,7 @@ def predicted(filter: Any, recording: Recording) -> dict[str, Any]:
     estimate = filter.filter(**recording.keywords(), outputs=OUTPUTS)
     seconds = clock.perf_counter() - began
     position = _predictions(filter, recording)
-    counted = (estimate.status == UPDATED) | (estimate.status == GATED)
+    counted = estimate.scored
     dof = np.where(counted, estimate.nis_dof, 0)
     with np.errstate(invalid="ignore", divide="ignore"):
         nis = np.where(dof > 0, estimate.nis / dof, np.nan)
@@ -245,7 +246,7 @@ def predicted(filter: Any, recording: Recording) -> dict[str, Any]:
         "prediction_score": np.where(counted, estimate.log_likelihood_scan, np.nan),
         "nis": nis,
         "nis_inside": inside_band(estimate.nis, dof),
-        "gated": np.where(counted, estimate.status == GATED, np.nan),
+        "gated": np.where(counted, estimate.status == Status.gated, np.nan),
         "seconds": seconds,
     }
 

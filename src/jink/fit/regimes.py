@@ -118,8 +118,7 @@ def _innovations(filter: Any, tracks: Tracks) -> tuple[Array, np.ndarray]:
         outputs=("x", "P", "status"),
     )
     index = [found.components.index(f"p{axis}") for axis in "xyz"[:m]]
-    status = found.status[1::2]
-    used = np.isfinite(tracks.z) & ~repeated(tracks.z, tracks.offsets) & np.isin(status, (1, 3))[:, None]
+    used = np.isfinite(tracks.z) & ~repeated(tracks.z, tracks.offsets) & found.scored[1::2, None]
     S = found.P[::2][:, index][:, :, index] + _noise(filter, tracks)
     S = np.where(used[:, :, None] & used[:, None, :], S, 0.0)
     S[:, range(m), range(m)] += ~used  # what is left out is independent, with no innovation
