@@ -67,7 +67,7 @@ class _Followed:
         tracks = fit.held_out
         wanted = ("x", "mode_probability", "log_likelihood_scan", "nis", "nis_dof", "status")
         est = filter.filter(**tracks.keywords(), outputs=wanted)  # type: ignore[attr-defined]
-        self.tracks, self.modes = tracks, est.modes
+        self.tracks = tracks
         owner = np.repeat(np.arange(len(tracks)), np.diff(tracks.offsets))
         scored = est.scored & (
             np.ones(tracks.rows, bool) if tracks.counts is None else tracks.counts
@@ -82,7 +82,7 @@ class _Followed:
             nis, dof = innovations(filter, tracks)
             status = np.where(dof > 0, Status.updated, Status.none)
         self.check = consistency(owner, len(tracks), nis, dof, (status == Status.updated) & scored)
-        self.manoeuvring = 1.0 - est.mode_probability[:, 0]
+        self.manoeuvring = est.manoeuvring if any(est.non_manoeuvring) else None
         self.error = _errors(est, tracks.truth, tracks.components) if tracks.truth is not None else None
         believed = scored & (est.status == Status.updated)  # what is gated is not believed
         self.ratio = np.where(believed, nis / np.maximum(dof, 1), np.nan)
@@ -113,11 +113,12 @@ def _track(before: _Followed, after: _Followed, b: int) -> str:
         drawn = lines(time, upper, f"innovations over their sd (rms of {AROUND} rows; 1: as believed)")
         gained = np.cumsum(after.density[rows] - before.density[rows])
         drawn += lines(time, [Line("after − before", gained, "accent")], "log-likelihood gained so far")
-    if len(before.modes) > 1:
-        lower = [
-            Line("before", before.manoeuvring[rows], "second"),
-            Line("after", after.manoeuvring[rows], "accent"),
-        ]
+    lower = [
+        Line(word, followed.manoeuvring[rows], colour)
+        for word, followed, colour in (("before", before, "second"), ("after", after, "accent"))
+        if followed.manoeuvring is not None
+    ]
+    if lower:
         drawn += lines(time, lower, "probability of manoeuvring", top=1.0)
     return drawn
 
