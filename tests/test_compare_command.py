@@ -115,7 +115,8 @@ def test_predictions_are_those_of_the_state_before(tmp_path):
 @pytest.mark.parametrize("name", ["vsmm-ds", "fuzzy-imm", "input-estimation", "nnvsmm"])
 def test_filters_that_count_rows_predict_live(name, tmp_path):
     """A row without a measurement would move on what is alive, or leave the last residual: predicted target by target instead."""
-    from jink.catalogue import FILTERS, Purpose
+    from jink.catalogue.purpose import Purpose
+    from jink.catalogue.registry import FILTERS
     from jink.compare.recorded import _predictions, read
     from jink.scenarios.table import simulation_table
 

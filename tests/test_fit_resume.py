@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import jink
-from jink.catalogue import FILTERS, Purpose
+from jink.catalogue.purpose import Purpose
+from jink.catalogue.registry import FILTERS
 from jink.fit.checkpoint import Checkpoint
 from jink.fit.data import from_scenarios
 from jink.fit.gradient import Tracks

@@ -8,7 +8,8 @@ from oracle.situations import SITUATIONS
 from test_gradient import assert_gradient, assert_round_trip, tracks_of
 
 import jink
-from jink.catalogue import FILTERS, Purpose
+from jink.catalogue.purpose import Purpose
+from jink.catalogue.registry import FILTERS
 from jink.filters.adaptive_imm import aimm
 from jink.fit.gradient import Tracks, differentiable, gradient
 from jink.fit.parameters import Parameters

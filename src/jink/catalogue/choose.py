@@ -1,4 +1,4 @@
-"""Which filter a table gets: the user's, a named one, or the default of its kind of target."""
+"""Which filter a target gets: the user's, a named one, or the default of its kind."""
 
 from __future__ import annotations
 
@@ -7,13 +7,28 @@ from pathlib import Path
 from typing import Any
 
 from ..checks import unknown
+from ..filters.imm import IMM
 from ..filters.loading import load
 from ..io.errors import InputError
 from ..models.outliers import Outliers
-from ..models.sensor import Polar, Position
-from . import FILTERS, SHORT, Purpose, Unfit, canonical
+from ..models.sensor import Polar, Position, Sensor
+from .purpose import Purpose, Unfit
+from .registry import FILTERS, SHORT, canonical
+from .targets import kind_of
 
 DEFAULT = "imm"
+
+
+def default_filter(
+    kind: str, sensor: Sensor, axes: int | None = None, *, interval: float = 0.0, coast: float | None = None
+) -> IMM:
+    """The IMM for a kind of target (`jink.KINDS`) on a sensor of two or three axes, gated, starting from two points.
+
+    interval (s): usual time between positions, if long: a track then waits ten of them, and outliers may lie as much
+    farther off as a target gets meanwhile. coast (s): how long a track waits instead; 0: for ever.
+    Errors: ValueError for an unknown kind, with the nearest and all, and for a sensor of one axis.
+    """
+    return kind_of(kind).filter(sensor, axes, interval=interval, coast=coast)
 
 
 def choose_filter(

@@ -15,15 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from ..catalogue import Purpose, Unfit
 from ..catalogue.choose import sensor_of
+from ..catalogue.purpose import Purpose, Unfit
+from ..catalogue.targets import kind_of
 from ..checks import Array
 from ..estimate import Status
 from ..io.errors import InputError
 from ..io.loading import Reading, load_files
 from ..models.outliers import Outliers
 from ..scenarios.observation import sensor_in_words
-from ..tracking.batch import KINDS, usual_gap, usual_step
+from ..tracking.batch import usual_step
 from ..tracking.cleaning import Cleaning, changes, clean
 from ..tracking.noise_level import noise_levels
 from ..tracking.placing import Placed, begin_with_height, place
@@ -81,8 +82,7 @@ def race_on_file(
     guests: Sequence[Entrant] = (),
 ) -> Race:
     """See :func:`jink.compare.compare`; guests take part beside the named ones. Errors: InputError where no row can be scored."""
-    if kind not in KINDS:
-        raise InputError(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
+    kind_of(kind)
     recording, rows, skipped_rows = read(path, kind, seed, columns)
     purpose = purpose_of(path, recording, kind)
     entrants: dict[str, Entrant] = {guest.name: guest for guest in guests}
@@ -140,7 +140,7 @@ def prepared(
     """Clean and place a file as ``jink track`` does: the larger group of rows, their sensor and (if it differs) the noise of
     each, and how many rows are in another number of axes. Errors: InputError."""
     measurements = load_files([path], Reading(columns)).measurements
-    how = Cleaning(usual_gap(usual_step(measurements.rows), kind), 4, True, True, True)
+    how = Cleaning(kind_of(kind).gap(usual_step(measurements.rows)), 4, True, True, True)
     cleaned = clean(measurements.rows, measurements.position, how)
     if not cleaned.rows.height:
         raise InputError(f"{path}: no row is left after cleaning; jink track says why")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..catalogue import Purpose
+from ..catalogue.purpose import Purpose
 from ..checks import Array
 from ..compare.entrants import Entrant
 from ..compare.recorded import Recording, prepared, purpose_of, race_on_file, repeated, split

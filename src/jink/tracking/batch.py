@@ -14,6 +14,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.choose import axes_of, choose_filter
+from ..catalogue.targets import kind_of
 from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.loading import Loaded, Reading, load_files, load_frame
@@ -24,16 +25,6 @@ from .output import tracks_table
 from .placing import Placed, begin_with_height, place
 from .summary import reasons, summarise
 
-KINDS = ("aircraft", "fighter", "vessel", "vehicle", "drone", "person")
-# seconds without a position after which a track begins anew, by kind; never less than ten usual steps
-GAP = {
-    "aircraft": 300.0,
-    "fighter": 120.0,
-    "vessel": 1800.0,
-    "vehicle": 300.0,
-    "drone": 60.0,
-    "person": 300.0,
-}
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
 
 Progress = Callable[[str, int, int], None]
@@ -64,8 +55,7 @@ class Settings:
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise InputError(f"kind is {self.kind!r}; expected one of {', '.join(KINDS)}")
+        kind_of(self.kind)
         if self.gap is not None and not self.gap >= 0:
             raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
         if self.threads is not None and self.threads < 1:
@@ -152,7 +142,7 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
     began = clock.perf_counter()
     measurements = loaded.measurements
     step = usual_step(measurements.rows)
-    usual = usual_gap(step, settings.kind)
+    usual = kind_of(settings.kind).gap(step)
     gap = settings.gap if settings.gap is not None else usual
     how = Cleaning(gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale)
     cleaned = clean(measurements.rows, measurements.position, how)
@@ -197,11 +187,6 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
 def _nothing_left(loaded: Loaded, rejected: pl.DataFrame) -> str:
     lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in reasons(rejected))
     return f"no track is left of {loaded.count:,} rows; they were rejected because:\n{lines}"
-
-
-def usual_gap(step: float, kind: str) -> float:
-    """The kind's gap, or ten times the usual step where positions are rarer than that."""
-    return max(GAP[kind], 10.0 * step)
 
 
 def usual_step(rows: pl.DataFrame) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.choose import choose_filter
+from ..catalogue.targets import KINDS
 from ..estimate import Estimate
 from ..io.columns import Columns, recognise
 from ..io.errors import InputError
@@ -20,8 +21,8 @@ from ..io.geodesy import DevelopedFrame, onward
 from ..io.loading import Reading
 from ..io.measurements import Measurements, measure
 from ..io.writing import plain_times
-from .batch import GAP, Settings
-from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD, USUAL_SD
+from .batch import Settings
+from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD
 from .output import OFF, ON, tracks_table
 from .placing import Placed, lay
 
@@ -127,7 +128,7 @@ class LiveTracks:
         ):
             return "time occurs twice" if now == target.last else "time runs backwards"
         measured = row["measured"]
-        gap = self.settings.gap if self.settings.gap is not None else GAP[self.settings.kind]
+        gap = self.settings.gap if self.settings.gap is not None else KINDS[self.settings.kind].coast
         if target is None or (gap > 0 and now - target.positioned > gap):
             if not measured:
                 return "no position yet" if target is None else "no position for longer than the gap"
@@ -193,7 +194,7 @@ def _known_units(columns: Columns) -> None:
 
 def _usual(given: dict[str, float], kind: str) -> dict[str, float]:
     return (
-        USUAL_POLAR_SD | {"position": USUAL_SD[kind], "altitude": given.get("z", USUAL_ALTITUDE_SD)} | given
+        USUAL_POLAR_SD | {"position": KINDS[kind].position_sd, "altitude": given.get("z", USUAL_ALTITUDE_SD)} | given
     )
 
 
