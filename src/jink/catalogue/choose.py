@@ -35,23 +35,33 @@ def choose_filter(
     components: Sequence[str],
     sd: Mapping[str, float],
     kind: str,
-    chosen: Any,
+    filter: Any,
     gap: float = 0.0,
     interval: float = 1.0,
 ) -> Any:
     """A filter for measured `components` (x, y, altitude, ...) of typical `sd`s.
 
-    `chosen` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a track; interval
-    (s): the usual time between two of its positions, which some filters have probabilities for.
+    `filter` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a track; interval
+    (s): the usual time between two of its positions, which some filters have probabilities for. Errors: InputError.
     """
-    if chosen is not None and not isinstance(chosen, str):
-        _check(chosen, components)
-        return chosen
-    name = DEFAULT if chosen is None else chosen
+    return chosen(filter, purpose_of(components, sd, kind, gap, interval), components)
+
+
+def purpose_of(
+    components: Sequence[str], sd: Mapping[str, float], kind: str, gap: float, interval: float
+) -> Purpose:
+    """What a filter of these measurements is made for; the arguments are those of :func:`choose_filter`."""
     level = sd["range" if components[0] == "range" else "position"]
-    purpose = Purpose(
-        sensor=sensor_of(components, sd), kind=kind, sd=level, outliers=Outliers(), gap=gap, interval=interval
-    )
+    sensor = sensor_of(components, sd)
+    return Purpose(sensor=sensor, kind=kind, sd=level, outliers=Outliers(), gap=gap, interval=interval)
+
+
+def chosen(filter: Any, purpose: Purpose, components: Sequence[str]) -> Any:
+    """The user's filter if it takes these components, or one made for the purpose. Errors: InputError."""
+    if filter is not None and not isinstance(filter, str):
+        _check(filter, components)
+        return filter
+    name = DEFAULT if filter is None else filter
     try:
         return FILTERS[canonical(name)](purpose).filter
     except Unfit as reason:

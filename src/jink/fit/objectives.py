@@ -13,7 +13,8 @@ import numpy as np
 
 from ..checks import Array
 from ..estimate import Status
-from .gradient import Tracks, differentiable, gradient
+from ..models.tracks import Tracks
+from .gradient import differentiable, gradient
 from .parameters import Parameters
 
 TWO_POINT = 2  # rows that start a track
