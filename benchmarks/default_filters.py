@@ -20,7 +20,7 @@ from scipy.stats import chi2
 import jink
 from benchmarks.commands import fetch_collection
 from benchmarks.flights import RADARS, SETTLED, Tracks, ads_b, flights, held_out, radar
-from jink.catalogue.targets import default_filter
+from jink import default_filter
 from jink.scenarios import SCENARIOS, Observation, Scenario, Schedule
 from jink.scenarios.random import RandomTurns
 

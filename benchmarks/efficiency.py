@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jink.catalogue.targets import default_filter
+from jink import default_filter
 from jink.compare import near_optimal
 from jink.compare.priors import RandomAccelerations, RandomTurns
 from jink.scenarios import SCENARIOS

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 import jink
-from jink.fit.gradient import Tracks, gradient
+from jink.fit.gradient import gradient
 from jink.fit.parameters import Parameters
+from jink.models.tracks import Tracks
 
 from .cases import regular
 from .race import Job, Lap, compare

@@ -13,7 +13,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from oracle.situations import flight, times
 
 import jink
-from jink.catalogue import FILTERS, Purpose
+from jink.catalogue.purpose import Purpose
+from jink.catalogue.registry import FILTERS
 
 CV = {"acceleration_psd": 2.0}
 CA = {"jerk_psd": 0.3, "acceleration_prior_sd": 8.0}

@@ -14,7 +14,8 @@ from test_bad_input import CA, CV, LEVELS
 from typer.testing import CliRunner
 
 import jink
-from jink.catalogue import FILTERS, Purpose
+from jink.catalogue.purpose import Purpose
+from jink.catalogue.registry import FILTERS
 from jink.cli.main import app
 from jink.filters.loading import read
 

@@ -97,26 +97,28 @@ def test_a_file_without_truth_is_scored_on_held_out_predictions(runs, tmp_path, 
 
 def test_predictions_are_those_of_the_state_before(tmp_path):
     """With constant velocity the prediction is p + T v of the row before."""
-    from jink.compare.recorded import _predictions, read
+    from jink.compare.recorded import predictions, read
     from jink.scenarios.table import simulation_table
 
     path = tmp_path / "seen.csv"
     simulation_table(short("random-turns", 30).simulate(3, 1)).select("target", "time", "x", "y").write_csv(
         path
     )
-    recording, rows, left_out = read(str(path), "fighter", 0)
-    assert (rows, left_out) == (90, 0)
+    recording = read(str(path), "fighter", 0)
+    tracks = recording.tracks
+    assert (tracks.rows, recording.left_out) == (90, 0)
     filter = jink.Kalman(jink.ConstantVelocity(acceleration_psd=9.0), jink.Position(sd=50.0))
-    x = filter.filter(recording.time, recording.z, offsets=recording.offsets).x
-    ahead = x[3:29, [0, 2]] + x[3:29, [1, 3]] * np.diff(recording.time)[3:29, None]
-    assert_allclose(_predictions(filter, recording)[4:30], ahead, rtol=1e-9)
+    x = filter.filter(tracks.time, tracks.z, offsets=tracks.offsets).x
+    ahead = x[3:29, [0, 2]] + x[3:29, [1, 3]] * np.diff(tracks.time)[3:29, None]
+    assert_allclose(predictions(filter, tracks)[4:30], ahead, rtol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["vsmm-ds", "fuzzy-imm", "input-estimation", "nnvsmm"])
 def test_filters_that_count_rows_predict_live(name, tmp_path):
     """A row without a measurement would move on what is alive, or leave the last residual: predicted target by target instead."""
-    from jink.catalogue import FILTERS, Purpose
-    from jink.compare.recorded import _predictions, read
+    from jink.catalogue.purpose import Purpose
+    from jink.catalogue.registry import FILTERS
+    from jink.compare.recorded import predictions, read
     from jink.scenarios.table import simulation_table
 
     path = tmp_path / "seen.csv"
@@ -124,18 +126,19 @@ def test_filters_that_count_rows_predict_live(name, tmp_path):
     table.filter((table["target"] != table["target"][0]) | (table["time"] < 20)).write_csv(
         path
     )  # one ends early
-    recording, _, _ = read(str(path), "fighter", 0)
+    recording = read(str(path), "fighter", 0)
+    tracks = recording.tracks
     filter = FILTERS[name](Purpose(sensor=recording.sensor, kind="fighter")).filter
     assert filter.counts_rows
     want = []
-    for begin, end in itertools.pairwise(recording.offsets):
+    for begin, end in itertools.pairwise(tracks.offsets):
         live = filter.start()
         for k in range(begin, end):
-            want.append(live.predict(recording.time[k]).x[[0, filter.components.index("py")]])
-            R = None if recording.covariance is None else recording.covariance[k]
-            live.update(recording.time[k], recording.z[k], covariance=R)
-    got = _predictions(filter, recording)
-    assert len(np.unique(np.diff(recording.offsets))) == 2 and np.isfinite(got).all(axis=1).sum() > 60
+            want.append(live.predict(tracks.time[k]).x[[0, filter.components.index("py")]])
+            R = None if tracks.covariance is None else tracks.covariance[k]
+            live.update(tracks.time[k], tracks.z[k], covariance=R)
+    got = predictions(filter, tracks)
+    assert len(np.unique(np.diff(tracks.offsets))) == 2 and np.isfinite(got).all(axis=1).sum() > 60
     assert_allclose(got, want, rtol=1e-9, atol=1e-6)
 
 

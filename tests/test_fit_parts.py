@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import jink
-from jink.compare.recorded import repeated
 from jink.fit import fit
 from jink.fit.fitting import training_data
-from jink.fit.gradient import Tracks
 from jink.fit.regimes import PARTS, innovations, parts, shares
+from jink.models.tracks import Tracks
 
 
 def flight(sd=0.0, seed=0, heights=True):
@@ -69,7 +68,7 @@ def test_nis_of_the_right_filter_is_inside_its_band_and_that_of_a_wrong_one_is_n
 def test_a_reading_that_repeats_is_no_test():
     t, z = flight(sd=3.0)
     z[:, 2] = 1000.0 + 7.62 * np.round(z[:, 2] / 7.62)
-    same = repeated(z, np.array([0, 240]))
+    same = Tracks(t, z, np.array([0, 240])).repeated
     assert not same[:, :2].any() and same[:, 2].mean() > 0.3
     filter = jink.Kalman(jink.ConstantVelocity(acceleration_psd=1.0), jink.Position(sd=3.0, axes=3))
     _, dof = innovations(filter, Tracks(t, z, np.array([0, 240])))

@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 
 import jink
-from jink.catalogue import FILTERS, Purpose
+from jink.catalogue.purpose import Purpose
+from jink.catalogue.registry import FILTERS
 from jink.fit.checkpoint import Checkpoint
 from jink.fit.data import from_scenarios
-from jink.fit.gradient import Tracks
 from jink.fit.objectives import Likelihood, NotFinite, Tracking
 from jink.fit.optimise import Search, State
 from jink.fit.parameters import Parameters
 from jink.io.errors import InputError
+from jink.models.tracks import Tracks
 
 
 @pytest.fixture(scope="module")

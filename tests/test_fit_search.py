@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import jink
-from jink.catalogue import Purpose
+from jink.catalogue.purpose import Purpose
 from jink.cli.fit import FitRequest, run_fit
 from jink.fit.fitting import chosen_objective, training_data
 from jink.fit.search import CANDIDATES, search

@@ -8,8 +8,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from oracle.situations import P2, SITUATIONS, make_data
 
 import jink
-from jink.fit.gradient import Tracks, differentiable, gradient
+from jink.fit.gradient import differentiable, gradient
 from jink.fit.parameters import Parameters
+from jink.models.tracks import Tracks
 
 TOLERANCE = 1e-6
 

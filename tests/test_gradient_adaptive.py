@@ -8,12 +8,14 @@ from oracle.situations import SITUATIONS
 from test_gradient import assert_gradient, assert_round_trip, tracks_of
 
 import jink
-from jink.catalogue import FILTERS, Purpose
+from jink.catalogue.purpose import Purpose
+from jink.catalogue.registry import FILTERS
 from jink.filters.adaptive_imm import aimm
-from jink.fit.gradient import Tracks, differentiable, gradient
+from jink.fit.gradient import differentiable, gradient
 from jink.fit.parameters import Parameters
 from jink.learn import mlp
 from jink.models.noise_network import NoiseNetwork
+from jink.models.tracks import Tracks
 
 CV = jink.ConstantVelocity(acceleration_sd=2.0)
 LIMITS = jink.CurrentStatistical(limits=jink.FuzzyLimits(threshold=60.0, operating=50.0), time_constant=9.0)

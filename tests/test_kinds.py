@@ -1,12 +1,15 @@
 """The default filters: every kind on every sensor, and the fighters' efficiency on fresh runs."""
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 import pytest
 
 import jink
 from benchmarks.efficiency import FAMILIES, against, measure
-from jink.catalogue.targets import KINDS, default_filter
+from jink import KINDS, default_filter
+from jink.compare import compare
 from jink.scenarios import SCENARIOS
 
 SENSORS = (
@@ -117,6 +120,18 @@ def test_saved_and_loaded(tmp_path):
         imm.save(tmp_path / "f.json")
         time, z = np.arange(30.0), np.random.default_rng(1).normal(size=(30, 3)).cumsum(axis=0) * 10
         np.testing.assert_array_equal(jink.load(tmp_path / "f.json").filter(time, z).x, imm.filter(time, z).x)
+
+
+def test_a_kind_is_one_entry(monkeypatch, tmp_path):
+    """What tracks and compares asks the registry alone."""
+    monkeypatch.setitem(KINDS, "bird", replace(KINDS["drone"], summary="geese", coast=20.0, acceleration=4.0))
+    time = np.r_[np.arange(40.0), 70.0 + np.arange(40.0)]
+    table = pl.DataFrame({"time": time, "x": 15.0 * time, "y": np.sin(time)})
+    found = jink.track(table, kind="bird", details=True)
+    assert found.tracks["part"].unique().to_list() == [0, 1] and found.summary["gap_seconds"] == 20.0
+    table.write_csv(tmp_path / "birds.csv")
+    race = compare(tmp_path / "birds.csv", ["imm", "imm-cv-ca"], kind="bird")
+    assert "acceleration prior sd 4 m/s²" in race.entrants["imm-cv-ca"].words
 
 
 def test_an_unknown_kind_is_answered_with_the_nearest():

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 
 import jink
 from jink import metrics
-from jink.catalogue import Unfit
+from jink.catalogue.purpose import Unfit
 from jink.cli.compare import CompareRequest, run_compare
 from jink.compare import bounds, manoeuvring, simulated
 from jink.compare.race import compare

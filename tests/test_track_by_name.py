@@ -11,8 +11,8 @@ from subjects import NOT_SMOOTHED
 from typer.testing import CliRunner
 
 import jink
-from jink.catalogue import FILTERS
 from jink.catalogue.choose import choose_filter
+from jink.catalogue.registry import FILTERS
 from jink.cli.main import app
 
 FLIGHTS = Path(__file__).parent.parent / "examples" / "flights.parquet"

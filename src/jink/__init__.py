@@ -3,7 +3,7 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .estimate import STATUS, Estimate
+from .estimate import STATUS, Estimate, Status
 from .filters.imm import IMM
 from .filters.kalman import Kalman
 from .models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
@@ -14,6 +14,9 @@ from .models.start import OnePoint, Prior, TwoPoint
 from .models.switching import Sojourn
 
 if TYPE_CHECKING:
+    from .catalogue.choose import choose_filter, default_filter
+    from .catalogue.registry import FILTERS
+    from .catalogue.targets import KINDS
     from .filters.adaptive_imm import (
         AccelerationLevel,
         AdaptiveIMM,
@@ -33,10 +36,11 @@ if TYPE_CHECKING:
     from .tracking.batch import track
 
 __all__ = [
-    "__version__",
+    "FILTERS",
     "GPB1",
     "GPB2",
     "IMM",
+    "KINDS",
     "STATUS",
     "AccelerationLevel",
     "ActiveDigraph",
@@ -68,9 +72,13 @@ __all__ = [
     "Singer",
     "Sojourn",
     "StaticMM",
+    "Status",
     "TwoPoint",
     "TwoStageAcceleration",
     "VariableDimension",
+    "__version__",
+    "choose_filter",
+    "default_filter",
     "load",
     "track",
 ]
@@ -85,17 +93,21 @@ _LATER = {
     "AugmentedAcceleration": "filters.adaptive_imm",
     "CurrentStatistical": "filters.current_statistical",
     "DigraphSwitching": "filters.variable_structure",
+    "FILTERS": "catalogue.registry",
     "FuzzyLimits": "filters.current_statistical",
     "FuzzyNoise": "filters.fuzzy_imm",
     "FuzzyRules": "models.fuzzy",
     "GPB1": "filters.pseudo_bayesian",
     "GPB2": "filters.pseudo_bayesian",
     "InputEstimation": "filters.input_estimation",
+    "KINDS": "catalogue.targets",
     "NetworkNoise": "filters.neural_vsmm",
     "NeuralModes": "filters.neural_vsmm",
     "StaticMM": "filters.pseudo_bayesian",
     "TwoStageAcceleration": "filters.adaptive_imm",
     "VariableDimension": "filters.variable_dimension",
+    "choose_filter": "catalogue.choose",
+    "default_filter": "catalogue.choose",
     "load": "filters.loading",
     "track": "tracking",
 }

@@ -4,9 +4,9 @@ import importlib
 import importlib.util
 import os
 import sys
-from types import ModuleType
+from typing import TYPE_CHECKING
 
-from jink import _processor
+from . import _processor
 
 _LEVELS = ("baseline", "v2", "v3", "v4")
 _OTHERS = 'make install LEVELS=all, or pip install ".[all]"'
@@ -41,6 +41,9 @@ def _choose(installed: list[str], most: str, wanted: str | None) -> str:
 
 installed = _installed()
 level = _choose(installed, _processor.level(), os.environ.get("JINK_ISA"))
-native: ModuleType = importlib.import_module(f"jink._native_{level}")
+if TYPE_CHECKING:  # the stub of one level stands for all
+    from . import _native_v4 as native
+else:
+    native = importlib.import_module(f"jink._native_{level}")
 lanes: int = native.lanes
 Engine = native.Engine

@@ -1,11 +1,10 @@
 # The engine's private face, the same at every level; written by: python -m nanobind.stubgen -m jink._native_v4
-from collections.abc import Sequence
 import enum
+from collections.abc import Sequence
 from typing import Annotated, overload
 
 import numpy
 from numpy.typing import NDArray
-
 
 class MotionKind(enum.Enum):
     """Which motion model moves a state."""
@@ -393,8 +392,6 @@ def gradient(engine: Engine, time: Annotated[NDArray[numpy.float64], dict(order=
     """
     Sums of a figure per track into value (tracks, sums), their derivatives along the tangents into slope.
     """
-
-def cpu_level() -> int: ...
 
 lanes: int = 8
 

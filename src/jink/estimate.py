@@ -1,12 +1,25 @@
 """What a filter returns."""
 
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-STATUS = ("none", "updated", "predicted", "gated", "restarted", "initialised")
+
+class Status(IntEnum):
+    """What became of a row; the engine has the same numbers under the same names."""
+
+    none = 0  # the track has not started
+    updated = 1
+    predicted = 2  # nothing was measured
+    gated = 3  # what was measured was not believed
+    restarted = 4
+    initialised = 5
+
+
+STATUS = tuple(Status.__members__)  # the names, in the order of their numbers
 
 
 @dataclass(repr=False)
@@ -16,7 +29,7 @@ class Estimate:
     x (N, n) and P (N, n, n): mean and covariance in ``components``; mode_probability (N, M) of ``modes``;
     log_likelihood (B,) per track and log_likelihood_scan (N,) per row; nis (N,) of the moment-matched innovation with nis_dof
     components (for several modes not exactly χ²: pit (N, m), the probability integral transform of each measured component
-    given those before it, is uniform for a consistent filter); status (N,) numbers into ``jink.STATUS``. NaN before a track starts.
+    given those before it, is uniform for a consistent filter); status (N,) of :class:`Status`. NaN before a track starts.
     non_manoeuvring: of each mode whether a target in it does not manoeuvre (:mod:`jink.models.non_manoeuvring`).
     """
 
@@ -32,6 +45,11 @@ class Estimate:
         if not any(self.non_manoeuvring):
             return np.full(mu.shape[:-1], np.nan)
         return np.clip(1.0 - mu[..., np.array(self.non_manoeuvring)].sum(axis=-1), 0.0, 1.0)
+
+    @property
+    def scored(self) -> NDArray[np.bool_]:
+        """Rows (N,) whose measurement met a prediction, believed or not: those that have a likelihood and a NIS to compare."""
+        return np.isin(self.status, (Status.updated, Status.gated))
 
     def __getattr__(self, name: str) -> NDArray[Any]:
         results = self.__dict__.get("results", {})

@@ -7,10 +7,10 @@ import pytest
 from scipy.optimize import minimize
 
 import jink
-from jink.fit.gradient import Tracks
 from jink.fit.objectives import Likelihood
 from jink.fit.optimise import Search
 from jink.fit.parameters import Parameters
+from jink.models.tracks import Tracks
 
 T, SCANS, TRACKS = 2.0, 60, 8
 F = np.array([[1.0, T], [0.0, 1.0]])

@@ -6,11 +6,11 @@ import numpy as np
 from oracle import motion as om
 
 import jink
-from jink.fit.gradient import Tracks
 from jink.fit.objectives import Likelihood
 from jink.fit.optimise import Search
 from jink.fit.parameters import Parameters
 from jink.fit.uncertainty import standard_errors
+from jink.models.tracks import Tracks
 
 TRACKS, SCANS, SD, FINE = 500, 60, 15.0, 0.5
 

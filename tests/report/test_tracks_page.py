@@ -5,9 +5,10 @@ import numpy as np
 import polars as pl
 import pytest
 
+from jink.estimate import Status
 from jink.report import write_report
 from jink.report.consistency import consistency
-from jink.report.rows import STATUSES, read_rows
+from jink.report.rows import read_rows
 from jink.report.targets import target_table
 from jink.report.tracks_page import _coasting
 
@@ -137,7 +138,7 @@ def test_summary_is_rendered_whatever_it_holds(tmp_path, tracks):
 def test_table_of_targets_counts_every_row(tracks):
     frame = tracks(4, 400)
     rows = read_rows(frame)
-    accepted = rows.status == STATUSES.index("updated")
+    accepted = rows.status == Status.updated
     check = consistency(rows.target, len(rows.names), rows.column("nis"), rows.column("nis_dof"), accepted)
     table = target_table(rows, check)
     for k, name in enumerate(rows.names):

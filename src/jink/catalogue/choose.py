@@ -1,4 +1,4 @@
-"""Which filter a table gets: the user's, a named one, or the default of its kind of target."""
+"""Which filter a target gets: the user's, a named one, or the default of its kind."""
 
 from __future__ import annotations
 
@@ -7,36 +7,61 @@ from pathlib import Path
 from typing import Any
 
 from ..checks import unknown
+from ..filters.imm import IMM
 from ..filters.loading import load
 from ..io.errors import InputError
 from ..models.outliers import Outliers
-from ..models.sensor import Polar, Position
-from . import FILTERS, SHORT, Purpose, Unfit, canonical
+from ..models.sensor import Polar, Position, Sensor
+from .purpose import Purpose, Unfit
+from .registry import FILTERS, SHORT, canonical
+from .targets import kind_of
 
 DEFAULT = "imm"
+
+
+def default_filter(
+    kind: str, sensor: Sensor, axes: int | None = None, *, interval: float = 0.0, coast: float | None = None
+) -> IMM:
+    """The IMM for a kind of target (`jink.KINDS`) on a sensor of two or three axes, gated, starting from two points.
+
+    interval (s): usual time between positions, if long: a track then waits ten of them, and outliers may lie as much
+    farther off as a target gets meanwhile. coast (s): how long a track waits instead; 0: for ever.
+    Errors: ValueError for an unknown kind, with the nearest and all, and for a sensor of one axis.
+    """
+    return kind_of(kind).filter(sensor, axes, interval=interval, coast=coast)
 
 
 def choose_filter(
     components: Sequence[str],
     sd: Mapping[str, float],
     kind: str,
-    chosen: Any,
+    filter: Any,
     gap: float = 0.0,
     interval: float = 1.0,
 ) -> Any:
     """A filter for measured `components` (x, y, altitude, ...) of typical `sd`s.
 
-    `chosen` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a track; interval
-    (s): the usual time between two of its positions, which some filters have probabilities for.
+    `filter` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a track; interval
+    (s): the usual time between two of its positions, which some filters have probabilities for. Errors: InputError.
     """
-    if chosen is not None and not isinstance(chosen, str):
-        _check(chosen, components)
-        return chosen
-    name = DEFAULT if chosen is None else chosen
+    return chosen(filter, purpose_of(components, sd, kind, gap, interval), components)
+
+
+def purpose_of(
+    components: Sequence[str], sd: Mapping[str, float], kind: str, gap: float, interval: float
+) -> Purpose:
+    """What a filter of these measurements is made for; the arguments are those of :func:`choose_filter`."""
     level = sd["range" if components[0] == "range" else "position"]
-    purpose = Purpose(
-        sensor=sensor_of(components, sd), kind=kind, sd=level, outliers=Outliers(), gap=gap, interval=interval
-    )
+    sensor = sensor_of(components, sd)
+    return Purpose(sensor=sensor, kind=kind, sd=level, outliers=Outliers(), gap=gap, interval=interval)
+
+
+def chosen(filter: Any, purpose: Purpose, components: Sequence[str]) -> Any:
+    """The user's filter if it takes these components, or one made for the purpose. Errors: InputError."""
+    if filter is not None and not isinstance(filter, str):
+        _check(filter, components)
+        return filter
+    name = DEFAULT if filter is None else filter
     try:
         return FILTERS[canonical(name)](purpose).filter
     except Unfit as reason:

@@ -6,7 +6,7 @@ from ..filters.imm import IMM
 from ..models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Motion
 from ..models.switching import Sojourn
 from .purpose import Named, Purpose, Unfit
-from .targets import RARE, default_filter
+from .targets import KINDS, RARE
 
 # what the parameters that are not found here were found on, which a comparison has to say (docs/default-filters.md)
 FAMILIES = ("lee-2003", "random-accelerations", "random-accelerations-turned", "random-turns")
@@ -23,7 +23,7 @@ def imm(purpose: Purpose) -> Named:
     if purpose.axes == 1:
         return Named(filter=imm_cv_ca(purpose).filter, words="IMM of CV and CA: one axis")
     waits = {} if purpose.gap is None else {"interval": purpose.gap / RARE, "coast": 0.0}
-    filter = default_filter(purpose.kind, purpose.sensor, purpose.axes, **waits)
+    filter = KINDS[purpose.kind].filter(purpose.sensor, purpose.axes, **waits)
     return Named(
         filter=filter,
         words=f"default IMM for {purpose.kind}: {', '.join(filter.modes)}",

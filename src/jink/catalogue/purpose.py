@@ -10,9 +10,7 @@ from typing import Any
 from ..models.outliers import Outliers
 from ..models.sensor import Position, PositionVelocity
 from ..models.switching import Sojourn
-
-# m/s²: what a target of this kind pulls when it manoeuvres
-ACCELERATION = {"aircraft": 3.0, "fighter": 40.0, "vessel": 0.2, "vehicle": 3.0, "drone": 5.0, "person": 1.0}
+from .targets import KINDS
 
 
 class Unfit(ValueError):
@@ -49,7 +47,7 @@ class Purpose:
     @property
     def acceleration(self) -> float:
         """What this kind of target pulls when it manoeuvres, m/s²."""
-        return ACCELERATION[self.kind]
+        return KINDS[self.kind].acceleration
 
     @property
     def scans_to_show(self) -> int:

@@ -1,4 +1,6 @@
-"""Default filters: how the usual kinds of target move, each as an IMM whose parameters are justified by measurements.
+"""Kinds of target: everything that is known of each, and the default filter that comes of it.
+
+A kind is one entry of `KINDS`; the command line, tracking, fitting and comparisons read nothing else.
 
 Noises are densities (psd) and switching is a chain in continuous time, so a filter means the same at any scan
 period; vertical motion has its own figures. Reasons and figures: docs/default-filters.md.
@@ -6,28 +8,29 @@ period; vertical motion has its own figures. Reasons and figures: docs/default-f
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass, fields, replace
 from math import pi
 
-from ..checks import positive
+from ..checks import positive, unknown
 from ..filters.imm import IMM
+from ..io.errors import InputError
 from ..models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Motion
 from ..models.outliers import Outliers
 from ..models.sensor import Polar, Position, PositionVelocity, Sensor
 from ..models.start import TwoPoint
 from ..models.switching import Sojourn
 
-RARE = 10  # usual steps without an accepted position after which a track is given up, if that is longer than the kind's
+RARE = 10  # usual steps without a position after which a track is given up, if that is longer than the kind's `coast`
 
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """How targets of one kind move.
+    """What is known of targets of one kind.
 
     modes: motion models, a sequence in them being (x, y, z); seconds: mean time in each mode; to: which one follows, rows sum
     to one; speed (m/s): about the fastest, the velocity's sd until there is a second position; extent (m): where an outlier may
-    lie, horizontally and vertically; coast (s): a track without an accepted position for longer is given up.
+    lie, horizontally and vertically; coast (s): a track without a position for longer is given up, or cut in two;
+    acceleration (m/s²): what a target pulls when it manoeuvres; position_sd (m): of a measurement, where the data do not tell.
     """
 
     summary: str
@@ -37,10 +40,34 @@ class Kind:
     speed: float
     extent: tuple[float, float]
     coast: float
+    acceleration: float
+    position_sd: float
+
+    def gap(self, step: float) -> float:
+        """Seconds without a position after which a track begins anew; step (s): the usual time between two."""
+        return max(self.coast, RARE * step)
 
     def motions(self, axes: int) -> list[Motion]:
         """The motion models in two axes or three."""
         return [_in_axes(mode, axes) for mode in self.modes]
+
+    def filter(
+        self, sensor: Sensor, axes: int | None = None, *, interval: float = 0.0, coast: float | None = None
+    ) -> IMM:
+        """The default IMM, see :func:`jink.default_filter`."""
+        n = int(axes or sensor.axes or 2)
+        if n < 2:
+            raise ValueError("default_filter: the default filters turn in a plane; expected a sensor of 2 or 3 axes, got 1")
+        rarer = max(1.0, RARE * positive("interval", interval, zero=True) / self.coast)
+        wait = rarer * self.coast if coast is None else positive("coast", coast, zero=True)
+        return IMM(
+            self.motions(n),
+            sensor,
+            Sojourn(self.seconds, self.to),
+            outliers=Outliers(share=0.01, extent=_extents(self, sensor, rarer), restart_after=2),
+            initial=TwoPoint(velocity_sd=positive("speed", self.speed)),
+            coast=wait or None,
+        )
 
 
 def _in_axes(mode: Motion, axes: int) -> Motion:
@@ -52,7 +79,7 @@ def _in_axes(mode: Motion, axes: int) -> Motion:
 
 def three_modes(
     *,
-    quiet: tuple[float, float],
+    straight: tuple[float, float],
     jerk: tuple[float, float],
     acceleration: tuple[float, float],
     turn: tuple[float, float],
@@ -61,14 +88,14 @@ def three_modes(
 ) -> tuple[Motion, ...]:
     """Constant velocity, constant acceleration and coordinated turn; pairs are (horizontal, vertical).
 
-    quiet, turn: acceleration psd of the first and the last (m²/s³); jerk: psd (m²/s⁵); acceleration: sd on entering (m/s²).
+    straight, turn: acceleration psd of the first and the last (m²/s³); jerk: psd (m²/s⁵); acceleration: sd on entering (m/s²).
     """
 
     def each(pair: tuple[float, float]) -> tuple[float, float, float]:
         return pair[0], pair[0], pair[1]
 
     return (
-        ConstantVelocity(acceleration_psd=each(quiet)),
+        ConstantVelocity(acceleration_psd=each(straight)),
         ConstantAcceleration(jerk_psd=each(jerk), acceleration_prior_sd=each(acceleration)),
         CoordinatedTurn(
             acceleration_psd=each(turn), turn_rate_psd=turn_rate_psd, turn_rate_prior_sd=turn_rate
@@ -81,7 +108,7 @@ EVEN = ((0.0, 0.5, 0.5), (0.9, 0.0, 0.1), (0.9, 0.1, 0.0))
 AIRCRAFT = Kind(
     summary="airliners and light aircraft, below 1 g",
     modes=three_modes(
-        quiet=(0.02, 0.01),
+        straight=(0.02, 0.01),
         jerk=(0.1, 0.05),
         acceleration=(1.0, 0.35),
         turn=(4.0, 0.1),
@@ -93,6 +120,8 @@ AIRCRAFT = Kind(
     speed=300.0,
     extent=(1e5, 1e4),
     coast=300.0,
+    acceleration=3.0,
+    position_sd=30.0,
 )
 
 FIGHTER = Kind(
@@ -113,6 +142,8 @@ FIGHTER = Kind(
     speed=1500.0,
     extent=(1e5, 2e4),
     coast=120.0,
+    acceleration=40.0,
+    position_sd=30.0,
 )
 
 KINDS: dict[str, Kind] = {
@@ -121,71 +152,43 @@ KINDS: dict[str, Kind] = {
     "vessel": Kind(
         summary="ships and boats: below 0.05 g, turns of about 1 degree per second",
         modes=three_modes(
-            quiet=(1e-4, 1e-6), jerk=(1e-5, 1e-8), acceleration=(0.05, 0.001), turn=(1e-3, 1e-6), turn_rate_psd=1e-7,
+            straight=(1e-4, 1e-6), jerk=(1e-5, 1e-8), acceleration=(0.05, 0.001), turn=(1e-3, 1e-6), turn_rate_psd=1e-7,
             turn_rate=0.01,
         ),
-        seconds=(300.0, 60.0, 60.0), to=EVEN, speed=25.0, extent=(5e4, 100.0), coast=1800.0,
+        seconds=(300.0, 60.0, 60.0), to=EVEN, speed=25.0, extent=(5e4, 100.0), coast=1800.0, acceleration=0.2, position_sd=10.0,
     ),
     "vehicle": Kind(
         summary="road vehicles: braking and cornering below 0.5 g",
         modes=three_modes(
-            quiet=(0.02, 1e-3), jerk=(0.3, 1e-3), acceleration=(2.0, 0.1), turn=(0.1, 1e-3), turn_rate_psd=1e-4,
+            straight=(0.02, 1e-3), jerk=(0.3, 1e-3), acceleration=(2.0, 0.1), turn=(0.1, 1e-3), turn_rate_psd=1e-4,
             turn_rate=0.2,
         ),
-        seconds=(20.0, 6.0, 6.0), to=EVEN, speed=50.0, extent=(2e4, 1e3), coast=300.0,
+        seconds=(20.0, 6.0, 6.0), to=EVEN, speed=50.0, extent=(2e4, 1e3), coast=300.0, acceleration=3.0, position_sd=5.0,
     ),
     "drone": Kind(
         summary="multicopters and small fixed-wing drones: below 1 g, quick turns",
         modes=three_modes(
-            quiet=(0.05, 0.02), jerk=(3.0, 1.0), acceleration=(4.0, 2.0), turn=(0.3, 0.1), turn_rate_psd=1e-3,
+            straight=(0.05, 0.02), jerk=(3.0, 1.0), acceleration=(4.0, 2.0), turn=(0.3, 0.1), turn_rate_psd=1e-3,
             turn_rate=0.4,
         ),
-        seconds=(15.0, 4.0, 5.0), to=EVEN, speed=40.0, extent=(1e4, 1e3), coast=60.0,
+        seconds=(15.0, 4.0, 5.0), to=EVEN, speed=40.0, extent=(1e4, 1e3), coast=60.0, acceleration=5.0, position_sd=3.0,
     ),
     "person": Kind(
         summary="people on foot or by bicycle",
         modes=three_modes(
-            quiet=(0.01, 1e-3), jerk=(0.2, 1e-3), acceleration=(1.0, 0.05), turn=(0.05, 1e-3), turn_rate_psd=1e-2,
+            straight=(0.01, 1e-3), jerk=(0.2, 1e-3), acceleration=(1.0, 0.05), turn=(0.05, 1e-3), turn_rate_psd=1e-2,
             turn_rate=0.5,
         ),
-        seconds=(15.0, 3.0, 4.0), to=EVEN, speed=10.0, extent=(5e3, 500.0), coast=300.0,
+        seconds=(15.0, 3.0, 4.0), to=EVEN, speed=10.0, extent=(5e3, 500.0), coast=300.0, acceleration=1.0, position_sd=5.0,
     ),
 }  # fmt: skip
 
 
-def default_filter(
-    kind: str,
-    sensor: Sensor,
-    axes: int | None = None,
-    *,
-    interval: float = 0.0,
-    coast: float | None = None,
-) -> IMM:
-    """The IMM for a kind of target on a sensor of two or three axes, gated, starting from two points.
-
-    interval (s): usual time between positions, if long: a track then waits ten of them, and outliers may lie as much
-    farther off as a target gets meanwhile. coast (s): how long a track waits instead; 0: for ever.
-    Errors: ValueError for an unknown kind, with the nearest and all, and for a sensor of one axis.
-    """
-    if kind not in KINDS:
-        near = difflib.get_close_matches(str(kind), KINDS, 1)
-        hint = f"; did you mean {near[0]}?" if near else ""
-        raise ValueError(f"kind: {kind!r} is none of {', '.join(KINDS)}{hint}")
-    chosen, n = KINDS[kind], int(axes or sensor.axes or 2)
-    if n < 2:
-        raise ValueError(
-            "default_filter: the default filters turn in a plane; expected a sensor of 2 or 3 axes, got 1"
-        )
-    rarer = max(1.0, RARE * positive("interval", interval, zero=True) / chosen.coast)
-    wait = rarer * chosen.coast if coast is None else positive("coast", coast, zero=True)
-    return IMM(
-        chosen.motions(n),
-        sensor,
-        Sojourn(chosen.seconds, chosen.to),
-        outliers=Outliers(share=0.01, extent=_extents(chosen, sensor, rarer), restart_after=2),
-        initial=TwoPoint(velocity_sd=positive("speed", chosen.speed)),
-        coast=wait or None,
-    )
+def kind_of(name: str) -> Kind:
+    """The kind of this name. Errors: InputError with the nearest and all."""
+    if name not in KINDS:
+        raise InputError(unknown("kind", str(name), KINDS))
+    return KINDS[name]
 
 
 def _extents(kind: Kind, sensor: Sensor, times: float) -> tuple[float, ...]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .. import metrics
-from ..catalogue import Unfit
+from ..catalogue.purpose import Unfit
 from ..checks import Array
 from ..models.outliers import Outliers
 from ..models.sensor import Position

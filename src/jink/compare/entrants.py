@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..catalogue import FILTERS, SHORT, Purpose
+from ..catalogue.purpose import Purpose
+from ..catalogue.registry import FILTERS, SHORT
 from ..checks import unknown
 from ..io.errors import InputError
 

@@ -14,8 +14,6 @@ from ..models.sensor import Polar, Position, PositionVelocity
 from ..scenarios import Simulation
 
 OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "log_likelihood_scan", "status")
-QUIET = "constant_velocity"  # modes of this name do not manoeuvre
-UPDATED, GATED = 1, 3
 
 
 @dataclass(frozen=True)
@@ -113,20 +111,18 @@ def jointly(estimate: Any, simulation: Simulation) -> Answer:
 
 
 def _modes(estimate: Any, shape: tuple[int, ...]) -> dict[str, Any]:
-    """Mode probabilities, and that of manoeuvring where some modes do and some do not."""
+    """Mode probabilities, and that of manoeuvring where the modes tell."""
     modes = tuple(estimate.modes)
     if len(modes) < 2:
         return {}
     probability = estimate.mode_probability.reshape(*shape, len(modes))
-    quiet = [name.startswith(QUIET) for name in modes]
-    manoeuvring = 1.0 - probability[..., quiet].sum(axis=-1) if any(quiet) and not all(quiet) else None
+    manoeuvring = estimate.manoeuvring.reshape(shape) if any(estimate.non_manoeuvring) else None
     return {"modes": modes, "probability": probability, "manoeuvring": manoeuvring}
 
 
 def _scored(estimate: Any) -> Array:
     """ln p(z) of the rows that were taken or gated; the others predict no measurement."""
-    status = estimate.status
-    return np.where((status == UPDATED) | (status == GATED), estimate.log_likelihood_scan, np.nan)
+    return np.where(estimate.scored, estimate.log_likelihood_scan, np.nan)
 
 
 def _along_each_axis(filter: Any, simulation: Simulation) -> Answer:

@@ -73,18 +73,15 @@ def recorded_example(recording: Any, filters: dict[str, Any], answers: dict[str,
 
     answers: squared prediction errors (m²) and log densities of all rows by filter; filters by name, None for raw.
     """
-    offsets = recording.offsets
-    scored = np.add.reduceat(recording.scored.astype(int), offsets[:-1])
+    measured = recording.tracks
+    scored = np.add.reduceat(recording.scored.astype(int), measured.first)
     part = int(np.argmax(scored))
-    rows = slice(int(offsets[part]), int(offsets[part + 1]))
-    covariance = None if recording.covariance is None else recording.covariance[rows]
+    rows, shown = measured.at(part), measured.some(np.array([part]))
     tracks: dict[str, Track] = {}
     for name, filter in filters.items():
         if filter is None:
             continue
-        estimate = filter.filter(
-            recording.time[rows], recording.z[rows], covariance=covariance, outputs=("x", "mode_probability")
-        )
+        estimate = filter.filter(**shown.keywords(), outputs=("x", "mode_probability"))
         place = [estimate.components.index(c) for c in ("px", "py")]
         several = len(estimate.modes) > 1
         probability = estimate.mode_probability if several else None
@@ -96,9 +93,9 @@ def recorded_example(recording: Any, filters: dict[str, Any], answers: dict[str,
         if "prediction_score" in answer
     }
     return Example(
-        name=f"part {part + 1} of {len(offsets) - 1}",
-        time=recording.time[rows] - recording.time[rows.start],
-        measured=measured_position(recording.sensor, recording.z[rows]),
+        name=f"part {part + 1} of {len(measured)}",
+        time=shown.time - shown.time[0],
+        measured=measured_position(recording.sensor, shown.z),
         truth=None,
         busy=None,
         tracks=tracks,

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from ..catalogue import Purpose
+from ..catalogue.purpose import Purpose
 from ..filters.loading import load
 from ..io.errors import InputError
 from ..models.sensor import Position

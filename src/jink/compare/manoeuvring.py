@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..catalogue import ACCELERATION
+from ..catalogue.targets import KINDS
 from ..checks import Array
 from ..metrics import Figure, events, manoeuvring
 from ..metrics.figure import jackknife
@@ -37,7 +37,7 @@ def busy(simulation: Simulation) -> Bools:
         out = (simulation.input != 0).any(axis=2) | (simulation.turn_rate != 0)
         out[:, 0] = out[:, min(1, out.shape[1] - 1)]  # nothing is known of the time before the first scan
         return out
-    threshold = QUIET_SHARE * ACCELERATION[simulation.scenario.kind]
+    threshold = QUIET_SHARE * KINDS[simulation.scenario.kind].acceleration
     return manoeuvring(simulation.truth.acceleration, threshold)
 
 

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..catalogue import FILTERS
+from ..catalogue.registry import FILTERS
 from ..io.errors import InputError
 from ..scenarios import Scenario, by_name
 from .entrants import ALWAYS, ENTRANTS, check_names

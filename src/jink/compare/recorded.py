@@ -10,24 +10,21 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ..catalogue import Purpose, Unfit
-from ..catalogue.choose import sensor_of
+from ..catalogue.purpose import Purpose, Unfit
 from ..checks import Array
+from ..estimate import Status
 from ..io.errors import InputError
 from ..io.loading import Reading, load_files
-from ..models.outliers import Outliers
+from ..models.tracks import Tracks
 from ..scenarios.observation import sensor_in_words
-from ..tracking.batch import KINDS, usual_gap, usual_step
-from ..tracking.cleaning import Cleaning, changes, clean
-from ..tracking.noise_level import noise_levels
-from ..tracking.placing import Placed, begin_with_height, place
+from ..tracking.prepare import Settings, prepare
 from .entrants import SUFFIX, Entrant, enter
-from .estimates import GATED, UPDATED, measured_position
+from .estimates import measured_position
 from .example import recorded_example
 from .filter_files import from_file
 from .result import Race
@@ -51,22 +48,31 @@ TRUTHFUL = "needs the truth"
 
 @dataclass(frozen=True)
 class Recording:
-    """Rows of all parts, which of them are for fitting (and lead up to them), which are scored, in which unit."""
+    """The tracks of a file, those in two axes or those in three, whichever has more rows.
 
-    time: Array
-    z: Array
-    offsets: np.ndarray
-    covariance: Array | None
-    sensor: Any
-    fitting: np.ndarray
+    tracks, a part of a target's each: they count the rows for fitting; scored (N,) rows are others, unit (N,) what each is
+    paired in; row (N,): its place in the file; left_out: rows in another number of axes; purpose of filters for them,
+    fitted on rows that tracks count; units: what the units are.
+    """
+
+    tracks: Tracks
     scored: np.ndarray
     unit: np.ndarray
-    fitted: str
     units: str
+    row: np.ndarray
+    left_out: int
+    purpose: Purpose
 
-    def keywords(self) -> dict[str, Any]:
-        """For ``filter(**recording.keywords())``."""
-        return {"time": self.time, "z": self.z, "offsets": self.offsets, "covariance": self.covariance}
+    @property
+    def sensor(self) -> Any:
+        """With the typical noise of all rows."""
+        return self.purpose.sensor
+
+    @property
+    def fitting(self) -> np.ndarray:
+        """Which rows are for fitting (N,)."""
+        assert self.tracks.counts is not None
+        return self.tracks.counts
 
 
 def race_on_file(
@@ -80,15 +86,12 @@ def race_on_file(
     guests: Sequence[Entrant] = (),
 ) -> Race:
     """See :func:`jink.compare.compare`; guests take part beside the named ones. Errors: InputError where no row can be scored."""
-    if kind not in KINDS:
-        raise InputError(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
-    recording, rows, skipped_rows = read(path, kind, seed, columns)
-    purpose = purpose_of(path, recording, kind)
+    recording = read(path, kind, seed, columns)
     entrants: dict[str, Entrant] = {guest.name: guest for guest in guests}
-    skipped = {"rows": f"{skipped_rows} rows in another number of axes"} if skipped_rows else {}
+    skipped = {"rows": f"{recording.left_out} rows in another number of axes"} if recording.left_out else {}
     for name in names:
         try:
-            entrants[name] = _enter(name, purpose, seed)
+            entrants[name] = _enter(name, recording.purpose, seed)
         except Unfit as reason:
             skipped[name] = str(reason)
     answers: dict[str, dict[str, Any]] = {}
@@ -110,7 +113,7 @@ def race_on_file(
     units = int(np.unique(recording.unit[used]).size)
     return Race(
         scenario=path,
-        words=f"{rows} recorded rows without truth; {int(used.sum())} held-out ones are scored",
+        words=f"{recording.tracks.rows} recorded rows without truth; {int(used.sum())} held-out ones are scored",
         runs=units,
         asked=units + any(why == "interrupted" for why in skipped.values()),
         seed=seed,
@@ -125,91 +128,50 @@ def race_on_file(
     )
 
 
-def read(
-    path: str, kind: str, seed: int, columns: Mapping[str, str] | None = None
-) -> tuple[Recording, int, int]:
-    """A file's recording, rows of it, rows left out. Errors: InputError."""
-    group, sensor, covariance, left_out = prepared(path, kind, columns)
-    return split(group, sensor, covariance, seed), len(group.time), left_out
-
-
-def prepared(
-    path: str, kind: str, columns: Mapping[str, str] | None = None
-) -> tuple[Placed, Any, Array | None, int]:
-    """Clean and place a file as ``jink track`` does: the larger group of rows, their sensor and (if it differs) the noise of
-    each, and how many rows are in another number of axes. Errors: InputError."""
+def read(path: str, kind: str, seed: int, columns: Mapping[str, str] | None = None) -> Recording:
+    """A file, prepared as for ``jink track``, with half of it set aside for fitting. Errors: InputError."""
     measurements = load_files([path], Reading(columns)).measurements
-    how = Cleaning(usual_gap(usual_step(measurements.rows), kind), 4, True, True, True)
-    cleaned = clean(measurements.rows, measurements.position, how)
-    if not cleaned.rows.height:
+    prepared = prepare(measurements, Settings(kind=kind))
+    if not prepared.groups:
         raise InputError(f"{path}: no row is left after cleaning; jink track says why")
-    groups = place(cleaned.rows, measurements.position, None, None, False)
-    group = max(groups, key=lambda each: len(each.time))
-    level = noise_levels(group, {}, kind)
-    begin_with_height(group, level.covariance)
-    sensor = sensor_of(group.components, level.typical)
-    covariance = None if level.uniform else level.covariance
-    return group, sensor, covariance, sum(len(g.time) for g in groups) - len(group.time)
+    group = max(prepared.groups, key=lambda each: len(each.placed.time))
+    placed = group.placed
+    owner = placed.rows["target"].to_numpy().astype(str)[placed.offsets[:-1]]
+    tracks = Tracks(placed.time, placed.z, placed.offsets, group.covariance, owner=owner)
+    fitting, scored, unit, units, fitted = _halves(tracks, seed)
+    tracks = replace(tracks, counts=fitting)
+    purpose = replace(
+        group.purpose, name=path, fitted=fitted, loss=lambda filter: _loss(filter, tracks), recorded=True
+    )
+    left_out = sum(len(each.placed.time) for each in prepared.groups) - tracks.rows
+    return Recording(tracks, scored, unit, units, placed.rows["row"].to_numpy(), left_out, purpose)
 
 
-def split(group: Placed, sensor: Any, covariance: Array | None, seed: int) -> Recording:
-    """Which rows are for fitting and which are scored."""
-    offsets, n = group.offsets, len(group.time)
-    of_part = np.cumsum(group.new) - 1
-    of_target = np.cumsum(changes(group.rows["target"])) - 1
-    since = np.arange(n) - offsets[of_part]
-    ready = (since >= START) & np.isfinite(group.z[:, :2]).all(axis=1)
-    ready &= ~repeated(group.z, offsets)[:, :2].all(axis=1)
+def _halves(tracks: Tracks, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, str, str]:
+    """Rows for fitting and rows that are scored; the unit of each row, what units are, and in words what is fitted on."""
+    assert tracks.owner is not None
+    of_part = tracks.of_row
+    of_target = np.cumsum(np.r_[False, tracks.owner[1:] != tracks.owner[:-1]])[of_part]
+    since = np.arange(tracks.rows) - tracks.first[of_part]
+    ready = (since >= START) & np.isfinite(tracks.z[:, :2]).all(axis=1)
+    ready &= ~tracks.repeated[:, :2].all(axis=1)
     for of, words in ((of_target, "targets"), (of_part, "parts")):
         count = int(of[-1]) + 1
         if count < FEW:
             continue
         chosen = np.isin(of, np.random.default_rng(seed).permutation(count)[: count // 2])
-        return Recording(
-            group.time, group.z, offsets, covariance, sensor, chosen & ready, ~chosen & ready, of,
-            f"{count // 2} other {words} of this file", words,
-        )  # fmt: skip
-    early = since < np.diff(offsets)[of_part] / 2
+        return chosen & ready, ~chosen & ready, of, words, f"{count // 2} other {words} of this file"
+    early = since < tracks.lengths[of_part] / 2
     scored = ~early & ready
-    return Recording(
-        group.time, group.z, offsets, covariance, sensor, early & ready, scored, np.cumsum(scored) // BLOCK,
-        "the first half of this file's tracks", f"blocks of {BLOCK} scans",
-    )  # fmt: skip
+    unit, units = np.cumsum(scored) // BLOCK, f"blocks of {BLOCK} scans"
+    return early & ready, scored, unit, units, "the first half of this file's tracks"
 
 
-def repeated(z: Array, offsets: np.ndarray) -> np.ndarray:
-    """Which components (N, m) of measurements equal, to the last bit, the one measured before them in their part."""
-    rows = np.arange(len(z))
-    first = np.repeat(offsets[:-1], np.diff(offsets))
-    out = np.zeros(z.shape, bool)
-    for k in range(z.shape[1]):
-        there = np.isfinite(z[:, k])
-        latest = np.maximum.accumulate(np.where(there, rows, -1))
-        before = np.r_[-1, latest[:-1]]
-        out[:, k] = there & (before >= first) & (z[:, k] == z[np.maximum(before, 0), k])
-    return out
-
-
-def purpose_of(path: str, recording: Recording, kind: str) -> Purpose:
-    def loss(filter: Any) -> float:
-        estimate = filter.filter(**recording.keywords(), outputs=("log_likelihood_scan", "status"))
-        rows = recording.fitting & ((estimate.status == UPDATED) | (estimate.status == GATED))
-        return -float(estimate.log_likelihood_scan[rows].mean()) if rows.any() else np.inf
-
-    steps = np.diff(recording.time)
-    steps = steps[steps > 0]
-    noise = recording.sensor.native().noise
-    return Purpose(
-        name=path,
-        kind=kind,
-        sensor=recording.sensor,
-        sd=float(np.sqrt(noise[0])),
-        interval=float(np.median(steps)) if steps.size else 1.0,
-        loss=loss,
-        fitted=recording.fitted,
-        outliers=Outliers(),
-        recorded=True,
-    )
+def _loss(filter: Any, tracks: Tracks) -> float:
+    """Minus the mean log density of the rows that tracks count; infinite where there is none."""
+    estimate = filter.filter(**tracks.keywords(), outputs=("log_likelihood_scan", "status"))
+    rows = tracks.counts & estimate.scored
+    return -float(estimate.log_likelihood_scan[rows].mean()) if rows.any() else np.inf
 
 
 def _enter(name: str, purpose: Purpose, seed: int) -> Entrant:
@@ -229,14 +191,15 @@ def predicted(filter: Any, recording: Recording) -> dict[str, Any]:
     at no elapsed time nothing moves on to the second. Filters to which a row without a measurement is more than the time
     that passes (they count rows, or adapt to the last residual) predict live instead.
     """
-    there = measured_position(recording.sensor, recording.z)
+    tracks = recording.tracks
+    there = measured_position(recording.sensor, tracks.z)
     if filter is None:
-        return {"prediction_rmse": ((_extrapolated(there, recording) - there)[:, :2] ** 2).sum(axis=1)}
+        return {"prediction_rmse": ((_extrapolated(there, tracks) - there)[:, :2] ** 2).sum(axis=1)}
     began = clock.perf_counter()
-    estimate = filter.filter(**recording.keywords(), outputs=OUTPUTS)
+    estimate = filter.filter(**tracks.keywords(), outputs=OUTPUTS)
     seconds = clock.perf_counter() - began
-    position = _predictions(filter, recording)
-    counted = (estimate.status == UPDATED) | (estimate.status == GATED)
+    position = predictions(filter, tracks)
+    counted = estimate.scored
     dof = np.where(counted, estimate.nis_dof, 0)
     with np.errstate(invalid="ignore", divide="ignore"):
         nis = np.where(dof > 0, estimate.nis / dof, np.nan)
@@ -245,53 +208,47 @@ def predicted(filter: Any, recording: Recording) -> dict[str, Any]:
         "prediction_score": np.where(counted, estimate.log_likelihood_scan, np.nan),
         "nis": nis,
         "nis_inside": inside_band(estimate.nis, dof),
-        "gated": np.where(counted, estimate.status == GATED, np.nan),
+        "gated": np.where(counted, estimate.status == Status.gated, np.nan),
         "seconds": seconds,
     }
 
 
-def _predictions(filter: Any, recording: Recording) -> Array:
+def predictions(filter: Any, tracks: Tracks) -> Array:
     """Position (N, 2) along the first axes before each row's measurement, NaN before a track starts."""
     where = [filter.components.index(name) for name in ("px", "py")]
     if getattr(filter, "counts_rows", False):
-        return _predicted_live(filter, recording)[:, where]
-    z = np.full((2 * len(recording.z), recording.z.shape[1]), np.nan)
-    z[1::2] = recording.z
-    covariance = None if recording.covariance is None else np.repeat(recording.covariance, 2, axis=0)
-    estimate = filter.filter(
-        np.repeat(recording.time, 2), z, offsets=2 * recording.offsets, covariance=covariance, outputs=("x",)
-    )
-    return estimate.x[::2][:, where]
+        return _predicted_live(filter, tracks)[:, where]
+    return filter.filter(**tracks.doubled().keywords(), outputs=("x",)).x[::2][:, where]
 
 
-def _predicted_live(filter: Any, recording: Recording) -> Array:
+def _predicted_live(filter: Any, tracks: Tracks) -> Array:
     """Scan by scan, all parts at once; those that have ended wait at their last row without a measurement."""
-    first, count = recording.offsets[:-1], np.diff(recording.offsets)
+    first, count = tracks.first, tracks.lengths
     live, x = (
         filter.start(len(count), outputs=("x",)),
-        np.full((len(recording.time), len(filter.components)), np.nan),
+        np.full((tracks.rows, len(filter.components)), np.nan),
     )
     for k in range(int(count.max(initial=0))):
         there = k < count
         row = first + np.minimum(k, count - 1)
-        x[row[there]] = live.predict(recording.time[row]).x[there]
+        x[row[there]] = live.predict(tracks.time[row]).x[there]
         live.update(
-            recording.time[row],
-            np.where(there[:, None], recording.z[row], np.nan),
-            covariance=None if recording.covariance is None else recording.covariance[row],
+            tracks.time[row],
+            np.where(there[:, None], tracks.z[row], np.nan),
+            covariance=None if tracks.covariance is None else tracks.covariance[row],
         )
     return x
 
 
-def _extrapolated(there: Array, recording: Recording) -> Array:
+def _extrapolated(there: Array, tracks: Tracks) -> Array:
     """Position of the two rows before, carried on in a straight line; NaN across parts."""
     out = np.full(there.shape, np.nan)
-    t = recording.time
+    t = tracks.time
     with np.errstate(invalid="ignore", divide="ignore"):
         ahead = ((t[2:] - t[1:-1]) / (t[1:-1] - t[:-2]))[:, None]
         out[2:] = there[1:-1] + ahead * (there[1:-1] - there[:-2])
     out[~np.isfinite(out)] = np.nan
-    first = recording.offsets[:-1]
+    first = tracks.first
     out[np.r_[first, np.minimum(first + 1, len(t) - 1)]] = np.nan
     return out
 
@@ -303,7 +260,7 @@ def _tally(answer: dict[str, Any], recording: Recording, used: np.ndarray) -> Ta
     np.add.at(tally.runs, np.unique(unit) % tally.groups, 1.0)
     for name, values in answer.items():
         if name == "seconds":
-            tally.costs.append((values, len(recording.time)))
+            tally.costs.append((values, recording.tracks.rows))
         else:
             tally.add(unit, name, *part(values[rows, None]))
     return tally

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .. import metrics
-from ..catalogue import Named, Purpose, Unfit
+from ..catalogue.purpose import Named, Purpose, Unfit
 from ..checks import Array
 from ..io.errors import InputError
 from ..models.outliers import Outliers

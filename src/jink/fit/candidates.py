@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from ..catalogue import FILTERS, Purpose, Unfit
+from ..catalogue.purpose import Purpose, Unfit
+from ..catalogue.registry import FILTERS
 from ..filters.current_statistical import CurrentStatistical
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman

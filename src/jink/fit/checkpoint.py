@@ -12,7 +12,7 @@ import numpy as np
 
 from ..filters.plain import write
 from ..io.errors import InputError
-from .gradient import Tracks
+from ..models.tracks import Tracks
 from .objectives import Objective
 from .optimise import State
 from .parameters import Parameters

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..catalogue import Purpose
+from ..catalogue.purpose import Purpose
 from ..checks import Array
 from ..compare.entrants import Entrant
-from ..compare.recorded import Recording, prepared, purpose_of, race_on_file, repeated, split
+from ..compare.recorded import Recording, race_on_file, read
 from ..compare.result import Race
 from ..compare.simulated import FIRST, prepare, race
 from ..compare.source import drawn
 from ..io.errors import InputError
 from ..models.sensor import Position, PositionVelocity
+from ..models.tracks import Tracks, joined
 from ..scenarios import Scenario, by_name
-from .gradient import Tracks
 from .truth import score_truth
 
 FITTING = 1 << 41  # numbers of the runs fitted on begin here: no race reaches them, nor its training runs
@@ -63,6 +63,9 @@ def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_
             f"{', '.join(s.name for s in scenarios)}: are seen in different numbers of components"
         )
     name = ",".join(s.name for s in scenarios)
+    tracks = joined(parts)
+    if len(parts) == 1:  # whose noise is the sensor's
+        tracks = replace(tracks, covariance=None)
 
     def check(entrants: Sequence[Entrant]) -> Race:
         return race(scenarios[0], list(ALSO), check_runs, seed, guests=entrants)
@@ -70,7 +73,7 @@ def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_
     return Training(
         name=name,
         words=f"{runs} training runs of {' and '.join(s.name for s in scenarios)}",
-        tracks=joined(parts, keep_noise=len(parts) > 1),
+        tracks=tracks,
         purpose=first.purpose,
         check=check,
         runs=runs,
@@ -115,95 +118,59 @@ def _simulated(scenario: Scenario, runs: int, first: int, seed: int, family: int
     )
 
 
-def joined(parts: Sequence[Tracks], *, keep_noise: bool) -> Tracks:
-    """Tracks laid end to end; each row's noise is kept only where sensors differ."""
-
-    def all_of(name: str) -> Any:
-        each = [getattr(part, name) for part in parts]
-        return None if any(a is None for a in each) else np.concatenate(each)
-
-    offsets = [0]
-    for part in parts:
-        offsets += [offsets[-1] + int(end) for end in part.offsets[1:]]
-    names = ("time", "z", "truth", "counts", "owner", "family")
-    noise = all_of("covariance") if keep_noise else None
-    return Tracks(
-        offsets=np.array(offsets),
-        covariance=noise,
-        components=parts[0].components,
-        **{n: all_of(n) for n in names},
-    )
-
-
 def from_file(
     path: str, kind: str, seed: int, columns: Mapping[str, str] | None, truth: Mapping[str, str] | None
 ) -> Training:
     """The fitting half of a file's tracks, as ``jink compare`` splits them. Errors: InputError."""
-    group, sensor, covariance, _ = prepared(path, kind, columns)
-    recording = split(group, sensor, covariance, seed)
-    purpose = purpose_of(path, recording, kind)
-    true = None if truth is None else true_values(path, group.rows["row"].to_numpy(), truth)
-    components = () if truth is None else tuple(truth)
-    if true is not None:
-        check_truth(true, components, recording)
-    targets = group.rows["target"].to_numpy().astype(str)
-    still = np.asarray(repeated(recording.z, recording.offsets)[:, :2].all(axis=1))
-    everything = Tracks(
-        recording.time, recording.z, recording.offsets, recording.covariance, truth=true, components=components,
-        counts=recording.fitting, new=np.logical_not(still), owner=targets[recording.offsets[:-1]],
-    )  # fmt: skip
-    measured = np.isfinite(recording.z[:, :2]).all(axis=1)
-    if measured.sum() - still.sum() <= len(everything):  # the first of every part repeats nothing
+    recording = read(path, kind, seed, columns)
+    tracks = recording.tracks
+    if truth is not None:
+        true = true_values(path, recording.row, truth)
+        check_truth(true, tuple(truth), recording)
+        tracks = replace(tracks, truth=true, components=tuple(truth))
+    still = tracks.repeated[:, :2].all(axis=1)
+    tracks = replace(tracks, new=~still)
+    measured = np.isfinite(tracks.z[:, :2]).all(axis=1)
+    if measured.sum() - still.sum() <= len(tracks):  # the first of every part repeats nothing
         raise InputError(f"{path}: the positions never change; there is nothing to fit")
-    fitting = _fitting(everything, recording)
+    fitting = _fitting(tracks)
+    assert tracks.owner is not None
+    targets = len(set(tracks.owner[tracks.of_row[recording.fitting]]))
 
     def check(entrants: Sequence[Entrant]) -> Race:
         found = race_on_file(path, list(ALSO), kind=kind, columns=columns, seed=seed, guests=entrants)
-        if true is not None:
-            score_truth(found, recording, true, components)
+        if tracks.truth is not None:
+            score_truth(found, recording, tracks.truth, tracks.components)
         return found
 
     return Training(
         name=path,
-        words=f"{len(set(targets[recording.fitting]))} targets, {int(recording.fitting.sum()):,} rows of {path}",
+        words=f"{targets} targets, {int(recording.fitting.sum()):,} rows of {path}",
         tracks=fitting,
-        purpose=purpose,
+        purpose=recording.purpose,
         check=check,
         runs=len(fitting),
         apart="seed",
         unit=recording.units,
-        held_out=_held_out(everything, recording),
+        held_out=_held_out(tracks, recording.scored),
     )
 
 
-def _fitting(tracks: Tracks, recording: Recording) -> Tracks:
+def _fitting(tracks: Tracks) -> Tracks:
     """Parts with rows to fit on; where time is split, without the rows after the last of these."""
-    first = tracks.offsets[:-1]
-    last = np.array([_last(recording.fitting[a:b]) for a, b in zip(first, tracks.offsets[1:], strict=True)])
-    kept = np.flatnonzero(last >= 0)
+    assert tracks.counts is not None
+    rows = np.where(tracks.counts, np.arange(tracks.rows), -1)
+    lengths = np.maximum.reduceat(rows, tracks.first) - tracks.first + 1
+    kept = np.flatnonzero(lengths > 0)
     if not kept.size:
         raise InputError("there are no rows to fit on: every part of a track is shorter than 4 rows")
-    rows = np.concatenate([np.arange(first[b], first[b] + last[b] + 1) for b in kept])
-    cut: dict[str, Any] = {
-        name: None if getattr(tracks, name) is None else getattr(tracks, name)[rows]
-        for name in ("time", "z", "covariance", "truth", "counts", "new")
-    }
-    owner = None if tracks.owner is None else tracks.owner[kept]
-    return Tracks(
-        offsets=np.r_[0, np.cumsum(last[kept] + 1)], components=tracks.components, owner=owner, **cut
-    )
+    return tracks.heads(kept, lengths[kept])
 
 
-def _last(fitting: np.ndarray) -> int:
-    there = np.flatnonzero(fitting)
-    return int(there[-1]) if there.size else -1
-
-
-def _held_out(tracks: Tracks, recording: Recording) -> Tracks:
+def _held_out(tracks: Tracks, scored: np.ndarray) -> Tracks:
     """All rows of the parts that are scored, those that are counting."""
-    scored = np.add.reduceat(recording.scored.astype(int), tracks.offsets[:-1]) > 0
-    whole = Tracks(**{**vars(tracks), "counts": recording.scored})
-    return whole.some(np.flatnonzero(scored))
+    there = np.logical_or.reduceat(scored, tracks.first)
+    return replace(tracks, counts=scored).some(np.flatnonzero(there))
 
 
 def parse_truth(given: str | None, path: str) -> dict[str, str] | None:
@@ -253,9 +220,9 @@ def check_truth(truth: Array, components: Sequence[str], recording: Recording) -
     sd = np.sqrt(recording.sensor.native().noise)
     for k, name in enumerate(components):
         axis = "xyz".index(name[1])
-        if name[0] != "p" or axis >= recording.z.shape[1]:
+        if name[0] != "p" or axis >= recording.tracks.z.shape[1]:
             continue
-        off = np.nanmedian(np.abs(truth[:, k] - recording.z[:, axis]))
+        off = np.nanmedian(np.abs(truth[:, k] - recording.tracks.z[:, axis]))
         if not off <= MISPLACED * sd[axis]:
             raise InputError(
                 f"--truth: {name} lies {off:.3g} m from the measured position in the median, whose sd is {sd[axis]:.3g} m; "

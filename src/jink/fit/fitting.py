@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..catalogue import FILTERS, Unfit, canonical
+from ..catalogue.purpose import Unfit
+from ..catalogue.registry import FILTERS, canonical
 from ..checks import unknown
 from ..compare.filter_files import from_file as filter_from_file
 from ..io.errors import InputError

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -12,6 +11,7 @@ from .._engine import Engine, native
 from ..checks import Array, thread_count
 from ..filters.rows import Batch, array_of
 from ..models.start import Prior
+from ..models.tracks import Tracks
 
 Figure = Literal["likelihood", "prediction", "tracking"]
 FIGURES: dict[Figure, native.Figure] = {
@@ -19,56 +19,6 @@ FIGURES: dict[Figure, native.Figure] = {
     "prediction": native.Figure.prediction_error,
     "tracking": native.Figure.tracking_error,
 }
-
-
-@dataclass(frozen=True)
-class Tracks:
-    """Measurements of many tracks laid end to end, as ``filter`` takes them, and what is known about them.
-
-    truth (N, c) in the reported ``components``, NaN where unknown; counts (N,) rows that errors are counted in; new (N,) rows
-    that likelihoods are counted in, those that do not repeat the measurement before; owner (B,) whose tracks are never
-    parted (a target, a run); family (B,) from 0, of data whose errors are measured apart.
-    """
-
-    time: Array
-    z: Array
-    offsets: np.ndarray
-    covariance: Array | None = None
-    sensor: np.ndarray | None = None
-    truth: Array | None = None
-    components: tuple[str, ...] = ()
-    counts: np.ndarray | None = None
-    new: np.ndarray | None = None
-    owner: np.ndarray | None = None
-    family: np.ndarray | None = None
-
-    def __len__(self) -> int:
-        return len(self.offsets) - 1
-
-    @property
-    def rows(self) -> int:
-        """Number of rows of all tracks."""
-        return len(self.time)
-
-    def keywords(self) -> dict[str, Any]:
-        """For ``filter(**tracks.keywords())``."""
-        return {
-            "time": self.time, "z": self.z, "offsets": self.offsets, "covariance": self.covariance, "sensor": self.sensor,
-        }  # fmt: skip
-
-    def some(self, tracks: np.ndarray) -> Tracks:
-        """The tracks of these numbers, in this order."""
-        lengths = np.diff(self.offsets)[tracks]
-        offsets = np.r_[0, np.cumsum(lengths)]
-        rows = np.repeat(self.offsets[:-1][tracks] - offsets[:-1], lengths) + np.arange(offsets[-1])
-
-        def cut(names: Sequence[str], index: np.ndarray) -> dict[str, Any]:
-            return {
-                name: None if getattr(self, name) is None else getattr(self, name)[index] for name in names
-            }
-
-        of_rows = cut(("time", "z", "covariance", "sensor", "truth", "counts", "new"), rows)
-        return replace(self, **of_rows, **cut(("owner", "family"), tracks), offsets=offsets)
 
 
 def differentiable(filter: Any) -> bool:

@@ -12,7 +12,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..checks import Array
-from .gradient import Tracks, differentiable, gradient
+from ..estimate import Status
+from ..models.tracks import Tracks
+from .gradient import differentiable, gradient
 from .parameters import Parameters
 
 TWO_POINT = 2  # rows that start a track
@@ -250,6 +252,6 @@ def check_finite(value: Array, slope: Array, parameters: Parameters, tracks: Tra
 def believed(filter: Any, tracks: Tracks) -> Tracks:
     """The tracks with rows that this filter gates left out of what counts, so that no fit gains by gating."""
     status = filter.filter(**tracks.keywords(), outputs=("status",)).status
-    gated = (status == 3) | (status == 4)
+    gated = np.isin(status, (Status.gated, Status.restarted))
     counts = ~gated if tracks.counts is None else tracks.counts & ~gated
     return replace(tracks, counts=counts)

@@ -11,7 +11,8 @@ import numpy as np
 
 from ..catalogue.tuning import lowest
 from ..checks import Array
-from .gradient import Tracks, differentiable
+from ..models.tracks import Tracks
+from .gradient import differentiable
 from .objectives import NotFinite, Objective
 from .parameters import Parameters
 

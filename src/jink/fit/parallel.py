@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..filters.loading import built
-from .gradient import Tracks
+from ..models.tracks import Tracks
 from .objectives import Objective
 from .optimise import Found, OutOfTime, Search
 from .parameters import Parameters

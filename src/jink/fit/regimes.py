@@ -19,11 +19,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..checks import Array
-from ..compare.recorded import repeated
 from ..compare.scores import inside
 from ..metrics import Figure
 from ..metrics.figure import ratio_influence, spread
-from .gradient import Tracks
+from ..models.tracks import Tracks
 
 PARTS = ("straight", "turning", "climbing", "standing")
 REACH, STEPS = 10.0, 5.0  # W: seconds, or so many usual steps if they are longer
@@ -62,7 +61,7 @@ def shares(filter: Any, tracks: Tracks) -> list[PartShare]:
     owner = (
         np.arange(len(tracks)) if tracks.owner is None else np.unique(tracks.owner, return_inverse=True)[1]
     )
-    of_row = np.repeat(owner, np.diff(tracks.offsets))
+    of_row = owner[tracks.of_row]
     nis, dof = innovations(filter, tracks)
     counted = dof > 0 if tracks.counts is None else (dof > 0) & tracks.counts
     return [
@@ -106,20 +105,10 @@ def _pieces(tracks: Tracks) -> Iterator[np.ndarray]:
 
 def _innovations(filter: Any, tracks: Tracks) -> tuple[Array, np.ndarray]:
     """Every row is given twice, first without its measurement: that estimate is the prediction for its time."""
-    n, m = tracks.z.shape
-    z = np.full((2 * n, m), np.nan)
-    z[1::2] = tracks.z
-    noise = None if tracks.covariance is None else np.repeat(tracks.covariance, 2, axis=0)
-    found = filter.filter(
-        np.repeat(tracks.time, 2),
-        z,
-        offsets=2 * tracks.offsets,
-        covariance=noise,
-        outputs=("x", "P", "status"),
-    )
+    m = tracks.z.shape[1]
+    found = filter.filter(**tracks.doubled().keywords(), outputs=("x", "P", "status"))
     index = [found.components.index(f"p{axis}") for axis in "xyz"[:m]]
-    status = found.status[1::2]
-    used = np.isfinite(tracks.z) & ~repeated(tracks.z, tracks.offsets) & np.isin(status, (1, 3))[:, None]
+    used = np.isfinite(tracks.z) & ~tracks.repeated & found.scored[1::2, None]
     S = found.P[::2][:, index][:, :, index] + _noise(filter, tracks)
     S = np.where(used[:, :, None] & used[:, None, :], S, 0.0)
     S[:, range(m), range(m)] += ~used  # what is left out is independent, with no innovation

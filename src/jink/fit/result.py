@@ -12,8 +12,9 @@ import numpy as np
 from ..checks import Array
 from ..compare.entrants import Entrant
 from ..compare.result import Race
+from ..models.tracks import Tracks
 from .data import Training
-from .gradient import Tracks, differentiable
+from .gradient import differentiable
 from .objectives import NotFinite, Objective
 from .optimise import FARTHEST, Found
 from .parameters import Parameters

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..catalogue import Unfit
+from ..catalogue.purpose import Unfit
 from ..checks import unknown
 from ..compare.entrants import Entrant
 from ..compare.result import Race

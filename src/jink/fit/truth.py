@@ -35,14 +35,14 @@ def score_truth(race: Race, recording: Recording, truth: Array, components: Sequ
 
 def _estimates(filter: object, recording: Recording, components: Sequence[str]) -> Array:
     """What a filter estimates of the components, NaN what it does not: (N, c); None: what is measured."""
-    out = np.full((len(recording.time), len(components)), np.nan)
+    out = np.full((recording.tracks.rows, len(components)), np.nan)
     if filter is None:
-        there = measured_position(recording.sensor, recording.z)
+        there = measured_position(recording.sensor, recording.tracks.z)
         for k, name in enumerate(components):
             if name[0] == "p" and "xyz".index(name[1]) < there.shape[1]:
                 out[:, k] = there[:, "xyz".index(name[1])]
         return out
-    estimate = filter.filter(**recording.keywords(), outputs=("x",))  # type: ignore[attr-defined]
+    estimate = filter.filter(**recording.tracks.keywords(), outputs=("x",))  # type: ignore[attr-defined]
     for k, name in enumerate(components):
         if name in estimate.components:
             out[:, k] = estimate.x[:, estimate.components.index(name)]

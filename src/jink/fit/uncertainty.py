@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..checks import Array
-from .gradient import Tracks
+from ..models.tracks import Tracks
 from .objectives import Objective
 from .parameters import Parameters
 

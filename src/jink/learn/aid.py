@@ -10,7 +10,7 @@ import numpy as np
 
 from ..catalogue.tuning import best_noise
 from ..checks import Array
-from ..estimate import STATUS
+from ..estimate import Status
 from ..filters.kalman import Kalman
 from ..models.corrector import CORRECTS, Corrector
 from ..models.motion import ConstantAcceleration
@@ -18,9 +18,6 @@ from ..models.sensor import Position
 from .anfis import fit_anfis
 from .data import Runs
 from .mlp import fit_network
-
-UPDATED = STATUS.index("updated")
-BEGUN = [STATUS.index("initialised"), STATUS.index("restarted")]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,7 +54,7 @@ def watch(filter: Any, runs: Runs) -> Seen:
     x = estimate.x.reshape(B, S, 2, -1)
     P = np.einsum("nii->ni", estimate.P).reshape(B, S, 2, -1)
     status = estimate.status.reshape(B, S, 2)[:, :, 1, None]
-    updated = (status == UPDATED) & np.isfinite(runs.z)
+    updated = (status == Status.updated) & np.isfinite(runs.z)
     places = _places(estimate.components, axes)
     p = places["position"]
     return Seen(
@@ -68,7 +65,7 @@ def watch(filter: Any, runs: Runs) -> Seen:
         estimate={name: x[:, :, 1, where] for name, where in places.items()},
         variance={name: P[:, :, 0, where] for name, where in places.items()},
         updated=updated,
-        began=np.isin(status, BEGUN) & np.ones(runs.z.shape, dtype=bool),
+        began=np.isin(status, (Status.initialised, Status.restarted)) & np.ones(runs.z.shape, dtype=bool),
     )
 
 

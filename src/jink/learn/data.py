@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..checks import Array, positive
-from ..fit.gradient import Tracks
+from ..models.tracks import Tracks
 from ..scenarios import Scenario, by_name
 
 SPLIT = (0.6, 0.2)  # shares for training and validation; the rest is for the test

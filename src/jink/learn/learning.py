@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ..catalogue import FILTERS, Unfit
+from ..catalogue.purpose import Unfit
+from ..catalogue.registry import FILTERS
 from ..checks import unknown
 from ..compare.entrants import Entrant
 from ..compare.result import Race

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..checks import Array
+from ..estimate import Status
 from ..filters.kalman import Kalman
 from ..models.noise_network import LEAST_NIS, ModeNetwork
 from ..models.sensor import Position
-from .aid import UPDATED
 from .data import Runs
 from .mlp import as_network, fit_network, initial
 
@@ -53,7 +53,7 @@ def _scored(motions: Sequence[Any], runs: Runs) -> tuple[Array, Array]:
         distance.append((error**2).sum(axis=2))
         with np.errstate(invalid="ignore", divide="ignore"):
             fit.append(np.log(said.nis / said.nis_dof + LEAST_NIS).reshape(runs.time.shape))
-        used &= said.status.reshape(runs.time.shape) == UPDATED
+        used &= said.status.reshape(runs.time.shape) == Status.updated
     squares = np.where(used, np.stack(distance), 0.0)
     powers = np.exp(-(squares - squares.min(axis=0)) / (2 * runs.sd**2))
     share = np.moveaxis(powers / powers.sum(axis=0), 0, 2)  # (B, S, M)

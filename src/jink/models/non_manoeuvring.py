@@ -1,4 +1,4 @@
-"""Which modes of a filter are those of a target that does not manoeuvre."""
+"""Which modes of a filter are those of a target that does not manoeuvre: the one definition, which `Estimate` applies."""
 
 from __future__ import annotations
 

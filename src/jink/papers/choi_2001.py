@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ..catalogue import Named, Purpose
+from ..catalogue.purpose import Named, Purpose
 from ..compare.result import Race
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman

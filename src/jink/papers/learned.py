@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from ..catalogue import Named, Purpose, Unfit
+from ..catalogue.purpose import Named, Purpose, Unfit
 from ..catalogue.shipped import shipped
 from ..filters.aided import unaided
 from .training.shipped import SEEDS, train

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ..catalogue import Named, Purpose
+from ..catalogue.purpose import Named, Purpose
 from ..compare.result import Race
 from ..filters.adaptive_imm import AugmentedAcceleration, TwoStageAcceleration, aimm
 from ..filters.fuzzy_imm import fuzzy_imm

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..catalogue import Named, Purpose
+from ..catalogue.purpose import Named, Purpose
 from ..compare.result import Race
 from ..compare.scores import NAN, efficiency
 from ..metrics import Figure

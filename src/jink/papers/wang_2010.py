@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..catalogue import Named, Purpose
+from ..catalogue.purpose import Named, Purpose
 from ..compare.result import Race
 from ..filters.current_statistical import FuzzyLimits, csaf, facs
 from ..filters.imm import IMM

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..checks import Array
+from ..estimate import Status
 from ..fit.regimes import innovations, measures_positions
 from ..fit.result import FITTED, START, Fit
 from ..fit.search import Search
@@ -20,7 +21,6 @@ from .shell import escape, page, write_page
 WIDE = "column-span: all"  # of a card over all columns
 SHOWN = 3  # tracks drawn in full: most gained, middle, most lost
 AROUND = 31  # rows that innovations are averaged over
-UPDATED = 1
 PARTS = (
     "<p>Share of held-out NIS inside its 95 % band, ± standard error over targets; 90 to 98 % is as it should be. Parts are told "
     "by the positions around each row, readings that only repeat are left out.</p>"
@@ -67,9 +67,9 @@ class _Followed:
         tracks = fit.held_out
         wanted = ("x", "mode_probability", "log_likelihood_scan", "nis", "nis_dof", "status")
         est = filter.filter(**tracks.keywords(), outputs=wanted)  # type: ignore[attr-defined]
-        self.tracks, self.modes = tracks, est.modes
+        self.tracks = tracks
         owner = np.repeat(np.arange(len(tracks)), np.diff(tracks.offsets))
-        scored = np.isin(est.status, (1, 3)) & (
+        scored = est.scored & (
             np.ones(tracks.rows, bool) if tracks.counts is None else tracks.counts
         )
         count = np.bincount(owner, scored, len(tracks))
@@ -80,11 +80,11 @@ class _Followed:
         nis, dof, status = est.nis, est.nis_dof, est.status
         if measures_positions(filter):
             nis, dof = innovations(filter, tracks)
-            status = np.where(dof > 0, UPDATED, 0)
-        self.check = consistency(owner, len(tracks), nis, dof, (status == UPDATED) & scored)
-        self.manoeuvring = 1.0 - est.mode_probability[:, 0]
+            status = np.where(dof > 0, Status.updated, Status.none)
+        self.check = consistency(owner, len(tracks), nis, dof, (status == Status.updated) & scored)
+        self.manoeuvring = est.manoeuvring if any(est.non_manoeuvring) else None
         self.error = _errors(est, tracks.truth, tracks.components) if tracks.truth is not None else None
-        believed = scored & (est.status == UPDATED)  # what is gated is not believed
+        believed = scored & (est.status == Status.updated)  # what is gated is not believed
         self.ratio = np.where(believed, nis / np.maximum(dof, 1), np.nan)
         self.density = np.where(scored, est.log_likelihood_scan, 0.0)
 
@@ -113,11 +113,12 @@ def _track(before: _Followed, after: _Followed, b: int) -> str:
         drawn = lines(time, upper, f"innovations over their sd (rms of {AROUND} rows; 1: as believed)")
         gained = np.cumsum(after.density[rows] - before.density[rows])
         drawn += lines(time, [Line("after − before", gained, "accent")], "log-likelihood gained so far")
-    if len(before.modes) > 1:
-        lower = [
-            Line("before", before.manoeuvring[rows], "second"),
-            Line("after", after.manoeuvring[rows], "accent"),
-        ]
+    lower = [
+        Line(word, followed.manoeuvring[rows], colour)
+        for word, followed, colour in (("before", before, "second"), ("after", after, "accent"))
+        if followed.manoeuvring is not None
+    ]
+    if lower:
         drawn += lines(time, lower, "probability of manoeuvring", top=1.0)
     return drawn
 

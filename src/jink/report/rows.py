@@ -5,15 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 
-STATUSES = ("updated", "predicted", "gated", "restarted", "initialised", "none")
+from ..estimate import STATUS, Status
 
 
 @dataclass(frozen=True)
 class TrackRows:
     """Rows of every target, contiguous per target, in the order of `names`.
 
-    target (N,) index into names; part (N,); time (N,) seconds (since 1970 UTC if clock); status (N,) index
-    into STATUSES; first (T + 1,) start of each target's rows.
+    target (N,) index into names; part (N,); time (N,) seconds (since 1970 UTC if clock); status (N,) of
+    :class:`~jink.estimate.Status`; first (T + 1,) start of each target's rows.
     """
 
     names: list[str]
@@ -89,7 +89,6 @@ def _seconds(time: pl.Series) -> tuple[bool, pl.Series]:
 
 def _status(frame: pl.DataFrame) -> np.ndarray:
     if "status" not in frame.columns:
-        return np.zeros(frame.height, dtype=np.uint8)
-    codes = {name: code for code, name in enumerate(STATUSES)}
+        return np.full(frame.height, Status.updated, dtype=np.uint8)
     text = frame["status"].cast(pl.String)
-    return text.replace_strict(codes, default=codes["none"], return_dtype=pl.UInt8).to_numpy()
+    return text.replace_strict(STATUS, list(Status), default=Status.none, return_dtype=pl.UInt8).to_numpy()

@@ -3,7 +3,8 @@
 import numpy as np
 import polars as pl
 
-from .rows import STATUSES, TrackRows
+from ..estimate import Status
+from .rows import TrackRows
 
 _TIMES = 2.0
 _QUANTILE = 0.9  # not the median: a manoeuvre's sds are several times those of straight motion, and count
@@ -11,7 +12,7 @@ _QUANTILE = 0.9  # not the median: a manoeuvre's sds are several times those of 
 
 def settled(value: np.ndarray, sd: np.ndarray, rows: TrackRows) -> np.ndarray:
     """(N,) bool: a number, its sd at most twice the 90 % quantile of the target's sds at updates."""
-    updated = rows.status == STATUSES.index("updated")
+    updated = rows.status == Status.updated
     limit = _TIMES * group_quantile(sd[updated], rows.target[updated], len(rows.names), _QUANTILE)
     return np.isfinite(value) & ~(sd > limit[rows.target])
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from ..estimate import Status
 from .consistency import Consistency
 from .curves import horizontal_acceleration
-from .rows import STATUSES, TrackRows
+from .rows import TrackRows
 from .settled import settled
 
 
@@ -26,7 +27,7 @@ def target_table(rows: TrackRows, check: Consistency) -> dict[str, np.ndarray]:
             "duration": end - start,
             "rows": size,
             "manoeuvring": _count(known & (probability > 0.5), rows) / _count(known, rows),
-            "gated": _count(rows.status == STATUSES.index("gated"), rows) / size,
+            "gated": _count(rows.status == Status.gated, rows) / size,
             "nis_inside": check.inside / check.compared,
             "compared": check.compared,
             "max_speed": _settled_maximum(rows.column("speed"), rows.column("speed_sd"), rows),

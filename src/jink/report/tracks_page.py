@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from ..estimate import STATUS, Status
 from .arrays import ArrayBlock, round_mantissa
 from .cards import consistency_card, group, summary_cards
 from .consistency import Consistency, consistency
 from .curves import Panel, panels
 from .decimation import keep_rows
 from .plan import measured_coordinates, plan_coordinates
-from .rows import STATUSES, TrackRows, read_rows
+from .rows import TrackRows, read_rows
 from .settled import group_quantile, settled
 from .shell import PLAN_AND_CHARTS, escape, fill, page, write_page
 from .targets import target_table
@@ -46,7 +47,7 @@ def write_report(
 def _page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str) -> str:
     every = read_rows(tracks)
     check = _check(every)
-    cards = consistency_card(check, int(np.sum(every.status == STATUSES.index("gated"))))
+    cards = consistency_card(check, int(np.sum(every.status == Status.gated)))
     listed, rows = _limit_targets(every)
     if rows is not every:
         check = _check(rows)
@@ -57,7 +58,7 @@ def _page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str) -> 
         "same_day": _same_day(rows),
         "frame": drawing.frame,
         "modes": rows.modes,
-        "statuses": STATUSES,
+        "statuses": STATUS,
         "targets": {"name": rows.names, **{k: v for k, v in table.items() if k != "start"}},
         "panels": drawing.panels,
         "nis_band": _common_band(rows, check),
@@ -83,7 +84,7 @@ def _title(summary: Mapping[str, Any]) -> str:
 
 
 def _check(rows: TrackRows) -> Consistency:
-    accepted = rows.status == STATUSES.index("updated")
+    accepted = rows.status == Status.updated
     return consistency(rows.target, len(rows.names), rows.column("nis"), rows.column("nis_dof"), accepted)
 
 
@@ -144,7 +145,7 @@ def _choose(
             noise = group_quantile(curve.sd, rows.target, groups)
             scale = np.fmax(np.fmax(_spread(curve.value, usable, rows), 4.0 * noise), 1e-9)
             series.append(np.where(usable, curve.value / scale[rows.target], 0.0))
-    bonus = np.where(rows.status == STATUSES.index("gated"), _GATED_BONUS, 0.0)
+    bonus = np.where(rows.status == Status.gated, _GATED_BONUS, 0.0)
     return keep_rows(rows.target, rows.time, np.stack(series).astype(np.float32), budget, bonus)
 
 
@@ -196,7 +197,7 @@ def _add_states(
 
 def _coasting(rows: TrackRows, part: np.ndarray) -> np.ndarray:
     """(N,) bool: rows within a run of at least _COAST predictions, which the plan view draws dashed."""
-    predicted = rows.status == STATUSES.index("predicted")
+    predicted = rows.status == Status.predicted
     if not predicted.any():
         return predicted
     change = np.ones(len(rows), dtype=bool)

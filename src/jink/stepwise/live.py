@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..estimate import STATUS
+from ..estimate import Status
 from ..times import seconds
 from .batch import estimate
 from .functions import Array, at_scan
@@ -181,4 +181,4 @@ class LiveOne:
         slots.append(np.empty(1, dtype=np.uint8))
         self._many.update(np.array([time]), z, sensor, noise, known, slots, predict_only)
         x, P, probability, likelihood, nis, dof, shown, status = (slot[0] for slot in slots)
-        return Now(float(shown), x, P, probability, float(likelihood), float(nis), float(dof), STATUS[status])
+        return Now(float(shown), x, P, probability, float(likelihood), float(nis), float(dof), Status(status).name)

@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ..estimate import Status
 from .functions import Array
 from .modes import Mode
 
@@ -111,10 +112,10 @@ class Outcome(Rows):
         return cls(*numbers, *(np.zeros(tracks, dtype=bool) for _ in range(5)))
 
     def status(self, started: Array) -> Array:
-        """Numbers into ``jink.STATUS``."""
-        begun = np.where(self.restarted, 4, 5)
-        going = np.where(self.gated, 3, np.where(self.measured, 1, 2))
-        return np.where(started, np.where(self.initialised, begun, going), 0).astype(np.uint8)
+        """Of :class:`~jink.estimate.Status`."""
+        begun = np.where(self.restarted, Status.restarted, Status.initialised)
+        going = np.where(self.gated, Status.gated, np.where(self.measured, Status.updated, Status.predicted))
+        return np.where(started, np.where(self.initialised, begun, going), Status.none).astype(np.uint8)
 
 
 @dataclass

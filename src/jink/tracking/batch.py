@@ -6,34 +6,21 @@ import time as clock
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
 
-from ..catalogue.choose import axes_of, choose_filter
 from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.rejected import together
-from .cleaning import Cleaning, clean
-from .noise_level import noise_levels, parse_sensor_sd
+from .noise_level import parse_sensor_sd
 from .output import tracks_table
-from .placing import Placed, begin_with_height, place
+from .prepare import Group, Settings, prepare
 from .summary import reasons, summarise
 
-KINDS = ("aircraft", "fighter", "vessel", "vehicle", "drone", "person")
-# seconds without a position after which a track begins anew, by kind; never less than ten usual steps
-GAP = {
-    "aircraft": 300.0,
-    "fighter": 120.0,
-    "vessel": 1800.0,
-    "vehicle": 300.0,
-    "drone": 60.0,
-    "person": 300.0,
-}
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
 
 Progress = Callable[[str, int, int], None]
@@ -45,33 +32,6 @@ class Tracked(NamedTuple):
     tracks: Any
     rejected: Any
     summary: dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Everything that `track` can be told, checked."""
-
-    filter: Any = None
-    kind: str = "aircraft"
-    smooth: bool = False
-    sensor_sd: dict[str, float] = field(default_factory=dict)
-    site: SiteFrame | None = None
-    gap: float | None = None
-    min_points: int = 4
-    sort: bool = True
-    drop_duplicates: bool = True
-    drop_stale: bool = True
-    threads: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise InputError(f"kind is {self.kind!r}; expected one of {', '.join(KINDS)}")
-        if self.gap is not None and not self.gap >= 0:
-            raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
-        if self.threads is not None and self.threads < 1:
-            raise InputError(f"threads is {self.threads}; expected 1 or more")
-        if self.min_points < 1:
-            raise InputError(f"min_points is {self.min_points}; expected 1 or more")
 
 
 def track(
@@ -151,37 +111,18 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
     """Clean, place, filter; the summary says what was done. Raises InputError when no track is left."""
     began = clock.perf_counter()
     measurements = loaded.measurements
-    step = usual_step(measurements.rows)
-    usual = usual_gap(step, settings.kind)
-    gap = settings.gap if settings.gap is not None else usual
-    how = Cleaning(gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale)
-    cleaned = clean(measurements.rows, measurements.position, how)
-    measurements.rows = measurements.rows.clear()
+    prepared = prepare(measurements, settings)
+    cleaned, groups = prepared.cleaned, prepared.groups
     rejected = together(measurements.rejected + cleaned.rejected)
-    if not cleaned.rows.height:
+    if not groups:
         raise InputError(_nothing_left(loaded, rejected))
-    site = None if measurements.position == "geographic" else settings.site
-    groups = place(
-        cleaned.rows, measurements.position, site, axes_of(settings.filter), "source" in measurements.named
-    )
-    levels = [noise_levels(group, settings.sensor_sd, settings.kind) for group in groups]
-    tables, used = [], {}
+    tables: list[pl.DataFrame] = []
     done = 0
-    for group, level in zip(groups, levels, strict=True):
-        chosen = choose_filter(
-            group.components, level.typical, settings.kind, settings.filter, max(gap, usual), step or 1.0
-        )
-        if settings.smooth and getattr(chosen, "not_smoothed", ""):
-            raise InputError(f"smooth: {type(chosen).__name__} cannot be smoothed: {chosen.not_smoothed}")
-        used[f"{group.axes} axes"] = chosen
-        covariance = None
-        # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
-        if chosen is not settings.filter or getattr(chosen, "fitted", {}).get("noise") == "of each row":
-            begin_with_height(group, level.covariance)
-            covariance = None if level.uniform else level.covariance
-        elif settings.sensor_sd:
-            covariance = level.covariance
-        for table in _chunks(group, covariance, chosen, settings, measurements.absolute):
+    for group in groups:
+        if settings.smooth and getattr(group.filter, "not_smoothed", ""):
+            name, why = type(group.filter).__name__, group.filter.not_smoothed
+            raise InputError(f"smooth: {name} cannot be smoothed: {why}")
+        for table in _chunks(group, settings, measurements.absolute):
             tables.append(table)
             done += table.height
             if progress:
@@ -189,8 +130,8 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
     tracks = pl.concat(tables, how="diagonal")
     if len(groups) > 1:
         tracks = tracks.sort("target", "time", maintain_order=True)
-    summary = summarise(loaded, cleaned, rejected, groups, levels, used, tracks)
-    summary |= {"kind": settings.kind, "smoothed": settings.smooth, "gap_seconds": gap}
+    summary = summarise(loaded, cleaned, rejected, groups, tracks)
+    summary |= {"kind": settings.kind, "smoothed": settings.smooth, "gap_seconds": prepared.pace.gap}
     return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
 
 
@@ -199,26 +140,10 @@ def _nothing_left(loaded: Loaded, rejected: pl.DataFrame) -> str:
     return f"no track is left of {loaded.count:,} rows; they were rejected because:\n{lines}"
 
 
-def usual_gap(step: float, kind: str) -> float:
-    """The kind's gap, or ten times the usual step where positions are rarer than that."""
-    return max(GAP[kind], 10.0 * step)
-
-
-def usual_step(rows: pl.DataFrame) -> float:
-    """The median time between two positions of a target (s), those at the same time left out; 0 where there are none."""
-    step = np.diff(rows["time"].to_numpy())[
-        (rows["target"] == rows["target"].shift(1)).fill_null(False).to_numpy()[1:]
-    ]
-    step = step[step > 0]
-    return float(np.median(step)) if step.size else 0.0
-
-
-def _chunks(
-    group: Placed, covariance: np.ndarray | None, chosen: Any, settings: Settings, absolute: bool
-) -> Iterator[pl.DataFrame]:
+def _chunks(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.DataFrame]:
     """Tables of whole parts, some ten thousand rows each; one is made while the next is filtered."""
-    offsets = group.offsets
-    verb = chosen.smooth if settings.smooth else chosen.filter
+    placed, covariance, offsets = group.placed, group.covariance, group.placed.offsets
+    verb = group.filter.smooth if settings.smooth else group.filter.filter
     begin = 0
     waiting: Future[pl.DataFrame] | None = None
     with ThreadPoolExecutor(1) as worker:
@@ -226,7 +151,7 @@ def _chunks(
             end = int(np.searchsorted(offsets, offsets[begin] + CHUNK))
             end = min(max(end, begin + 1), offsets.size - 1)
             rows = slice(int(offsets[begin]), int(offsets[end]))
-            some = group.some(rows)
+            some = placed.some(rows)
             estimate = verb(
                 some.time,
                 some.z,

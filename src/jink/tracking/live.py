@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, field, replace
+from statistics import median_low
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import polars as pl
 
-from ..catalogue.choose import choose_filter
+from ..catalogue.targets import KINDS
 from ..estimate import Estimate
 from ..io.columns import Columns, recognise
 from ..io.errors import InputError
@@ -20,12 +21,13 @@ from ..io.geodesy import DevelopedFrame, onward
 from ..io.loading import Reading
 from ..io.measurements import Measurements, measure
 from ..io.writing import plain_times
-from .batch import GAP, Settings
-from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD, USUAL_SD
+from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD
 from .output import OFF, ON, tracks_table
 from .placing import Placed, lay
+from .prepare import Pace, Settings, choose
 
 STALE_SPEED = 5.0  # m/s: estimated speed above which a repeated position is an old one
+STEPS = 64  # times between two rows of a target that tell the usual one
 NAME = "standard input"
 Anchor = tuple[float, float, float, float, float]  # x, y, latitude, longitude, convergence
 
@@ -34,12 +36,15 @@ Anchor = tuple[float, float, float, float, float]  # x, y, latitude, longitude, 
 class Followed:
     """One target: its live filter, the place its frame has got to, and what it was last told."""
 
+    filter: Any
     live: Any
+    first: list[float]
     axes: int
     part: int
     began: float
     last: float
     positioned: float
+    rows: int = 0
     place: tuple[float, ...] = ()
     anchor: Anchor | None = None
     speed: float = 0.0
@@ -58,7 +63,14 @@ class LiveTracks:
     rejected: int = 0
     notes: list[str] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
-    filters: dict[int, Any] = field(default_factory=dict)
+    steps: list[float] = field(default_factory=list)
+    filters: dict[tuple[int, Pace], Any] = field(default_factory=dict)
+
+    @property
+    def pace(self) -> Pace:
+        """As the first steps of the stream tell it, to two digits."""
+        step = median_low(self.steps) if self.steps else 0.0
+        return Pace.of(float(f"{step:.2g}"), self.settings)
 
     def take(self, lines: list[bytes]) -> tuple[str, str]:
         """Estimates and rejected rows for some more lines, both as JSON Lines."""
@@ -127,38 +139,55 @@ class LiveTracks:
         ):
             return "time occurs twice" if now == target.last else "time runs backwards"
         measured = row["measured"]
-        gap = self.settings.gap if self.settings.gap is not None else GAP[self.settings.kind]
+        if target is not None:
+            self._tell_pace(now - target.last)
+        gap = self.pace.gap
         if target is None or (gap > 0 and now - target.positioned > gap):
             if not measured:
                 return "no position yet" if target is None else "no position for longer than the gap"
             axes = 3 if third and _finite(row[third]) and self._axes() != 2 else 2
             filter_ = self._filter(axes, position, third)
-            target = self.followed[row["target"]] = Followed(
-                filter_.start(1), axes, target.part + 1 if target else 0, began=now, last=now, positioned=now
-            )
+            part = target.part + 1 if target else 0
+            target = Followed(filter_, filter_.start(1), [], axes, part, began=now, last=now, positioned=now)
+            self.followed[row["target"]] = target
         z = _measurement(row, position, third, target)
         if measured and self.settings.drop_stale and _stale(row, position, target):
             measured, z = False, [math.nan] * len(z)
+        if target.rows == 0:
+            target.first = z
+        elif target.rows == 1:
+            self._choose_anew(target, position, third)
+        target.rows += 1
         states.append(_advance(target, row, now, z, measured, position))
         return None
+
+    def _tell_pace(self, step: float) -> None:
+        """A time between two rows of a target; the first is believed, further ones that are gaps are none."""
+        if step > 0 and len(self.steps) < STEPS and (not self.steps or step <= self.pace.wait):
+            self.steps.append(step)
+
+    def _choose_anew(self, target: Followed, position: str, third: str | None) -> None:
+        """At the second row the usual step is known, which some filters have probabilities for: begin again with that."""
+        filter_ = self._filter(target.axes, position, third)
+        if filter_ is not target.filter:
+            target.filter, target.live = filter_, filter_.start(1)
+            target.live.update(0.0, np.array([target.first]))
 
     def _axes(self) -> int | None:
         return getattr(self.settings.filter, "axes", None)
 
     def _filter(self, axes: int, position: str, third: str | None) -> Any:
-        if axes not in self.filters:
+        pace = self.pace
+        if (axes, pace) not in self.filters:
             given = self.settings.sensor_sd
             names = {"geographic": ("x", "y", "altitude"), "cartesian": ("x", "y", "z")}
             components = names.get(position, ("range", "azimuth", third or ""))[:axes]
             usual = _usual(given, self.settings.kind)
-            gap = self.settings.gap or 0.0
-            self.filters[axes] = choose_filter(
-                components, usual, self.settings.kind, self.settings.filter, gap
-            )
+            _, self.filters[axes, pace] = choose(components, usual, pace, self.settings)
             note = "measurement noise cannot be estimated from a stream: taken as usual, --sensor-sd sets it"
             if not given and self.settings.filter is None and note not in self.notes:
                 self.notes.append(note)
-        return self.filters[axes]
+        return self.filters[axes, pace]
 
     def _tables(
         self, rows: pl.DataFrame, states: list[Any], measurements: Measurements, third: str | None
@@ -174,7 +203,7 @@ class LiveTracks:
             site = None if measurements.position == "geographic" else self.settings.site
             placed = lay(part, measurements.position, site, axes, third if axes == 3 else None)
             table = tracks_table(
-                _moved(placed, some), _joined(some, self.filters[axes]), measurements.absolute
+                _moved(placed, some), _joined(some), measurements.absolute
             )
             tables.append(table.with_columns(segment=pl.Series([s.segment for s in some], dtype=pl.Int32)))
         table = pl.concat(tables, how="diagonal").sort("row").drop("file")
@@ -193,7 +222,7 @@ def _known_units(columns: Columns) -> None:
 
 def _usual(given: dict[str, float], kind: str) -> dict[str, float]:
     return (
-        USUAL_POLAR_SD | {"position": USUAL_SD[kind], "altitude": given.get("z", USUAL_ALTITUDE_SD)} | given
+        USUAL_POLAR_SD | {"position": KINDS[kind].position_sd, "altitude": given.get("z", USUAL_ALTITUDE_SD)} | given
     )
 
 
@@ -261,7 +290,7 @@ def _advance(
         target.segment += target.manoeuvring is not None and level != target.manoeuvring
         target.manoeuvring = level
     return SimpleNamespace(
-        axes=target.axes, part=target.part, anchor=target.anchor, z=z, x=x, P=estimate.P[0].copy(),
+        filter=target.filter, axes=target.axes, part=target.part, anchor=target.anchor, z=z, x=x, P=estimate.P[0].copy(),
         segment=target.segment if any(estimate.non_manoeuvring) else None, mode_probability=estimate.mode_probability[0].copy(),
         nis=estimate.nis[0], nis_dof=estimate.nis_dof[0], status=estimate.status[0],
     )  # fmt: skip
@@ -279,7 +308,9 @@ def _moved(placed: Placed, states: list[Any]) -> Placed:
     )
 
 
-def _joined(states: list[Any], chosen: Any) -> Estimate:
+def _joined(states: list[Any]) -> Estimate:
+    """The states of filters that differ in their numbers at most."""
+    chosen = states[0].filter
     stacked = {
         name: np.array([getattr(state, name) for state in states])
         for name in ("x", "P", "mode_probability", "nis", "nis_dof", "status")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from ..catalogue.targets import KINDS
 from ..io.columns import ANGLE, LENGTH, TIME
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
@@ -17,8 +18,6 @@ from .cleaning import changes
 from .placing import Placed
 from .scatter import component_sd, plane_scatter, rough_velocity
 
-# sd of a position (m) when there is too little data to estimate it: what is usual for the kind of target
-USUAL_SD = {"aircraft": 30.0, "fighter": 30.0, "vessel": 10.0, "vehicle": 5.0, "drone": 3.0, "person": 5.0}
 USUAL_ALTITUDE_SD = 10.0
 USUAL_POLAR_SD = {"range": 50.0, "azimuth": 2e-3, "elevation": 2e-3, "altitude": 30.0}
 GIVEN = {
@@ -93,7 +92,7 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
     source, group, of_source = _groups(placed)
     some = placed.time[measured], placed.plane[measured], velocity[measured], _starts(placed, measured)
     found, stamps = plane_scatter(*some, group[measured], of_source.size)
-    position, origin = _decide(given.get("position"), found, of_source, USUAL_SD[kind])
+    position, origin = _decide(given.get("position"), found, of_source, KINDS[kind].position_sd)
     stamps = np.where(np.isnan(found), 0.0, stamps)
     if "position" in given or "time" in given:
         stamps = np.full(stamps.shape, given.get("time", 0.0))

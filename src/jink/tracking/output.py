@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from ..estimate import STATUS, Status
 from ..io.geodesy import DevelopedFrame, SiteFrame
 from .placing import Placed
 
-STATUS = ("none", "updated", "predicted", "gated", "restarted", "initialised")
 SLOW = 1e-6  # m/s: below this speed a course means nothing
 ON, OFF = 0.6, 0.4  # manoeuvre probability at which a new segment begins and ends
 NIS_BAND = {
@@ -79,7 +79,7 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
     table = table.with_columns(
         pl.col(floats).fill_nan(None),
         status=pl.Series(np.asarray(estimate.status)).replace_strict(
-            range(len(STATUS)), STATUS, return_dtype=pl.Enum(STATUS)
+            list(Status), STATUS, return_dtype=pl.Enum(STATUS)
         ),
         segment=_segments(manoeuvring, placed.new) if any(estimate.non_manoeuvring) else pl.lit(None, pl.Int32),
         file=placed.rows["file"],

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import polars as pl
 
 from ..io.loading import Loaded
 from .cleaning import Cleaned
-from .noise_level import NoiseLevel
 from .output import nis_share
-from .placing import Placed
+from .prepare import Group
 
 CLEANED = {
     "unsorted": "rows put into order of time",
@@ -29,14 +28,12 @@ def summarise(
     loaded: Loaded,
     cleaned: Cleaned,
     rejected: pl.DataFrame,
-    groups: Sequence[Placed],
-    levels: Sequence[NoiseLevel],
-    filters: Mapping[str, Any],
+    groups: Sequence[Group],
     tracks: pl.DataFrame,
 ) -> dict[str, Any]:
     """Counts that add up (rows = accepted + rejected), all that was assumed, noise, status, consistency."""
     times = tracks["time"]
-    flat = [group for group in groups if group.axes == 2]
+    flat = [group.placed for group in groups if group.placed.axes == 2]
     notes = list(loaded.measurements.notes)
     if flat and loaded.measurements.position != "polar":
         parts = sum(int(group.new.sum()) for group in flat)
@@ -55,11 +52,9 @@ def summarise(
         "notes": notes,
         "cleaning": {name: count for name, count in cleaned.counts.items() if name in CLEANED},
         "noise": [
-            line | {"axes": group.axes}
-            for group, level in zip(groups, levels, strict=True)
-            for line in level.sources
+            line | {"axes": group.placed.axes} for group in groups for line in group.level.sources
         ],
-        "filter": {axes: _described(chosen) for axes, chosen in filters.items()},
+        "filter": {f"{group.placed.axes} axes": _described(group.filter) for group in groups},
         "status": {
             str(status): count for status, count in tracks["status"].value_counts(sort=True).iter_rows()
         },

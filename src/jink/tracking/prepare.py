@@ -1,0 +1,134 @@
+"""From measurements to what a filter takes: clean, place, tell the noise, choose the filter.
+
+Tracks of files, streams and races on recorded positions all come this way, so that they give a target the same filter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from ..catalogue.choose import axes_of, chosen, purpose_of
+from ..catalogue.purpose import Purpose
+from ..catalogue.targets import kind_of
+from ..io.errors import InputError
+from ..io.geodesy import SiteFrame
+from ..io.measurements import Measurements
+from .cleaning import Cleaned, Cleaning, changes, clean
+from .noise_level import NoiseLevel, noise_levels
+from .placing import Placed, begin_with_height, place
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Everything that `track` can be told, checked."""
+
+    filter: Any = None
+    kind: str = "aircraft"
+    smooth: bool = False
+    sensor_sd: dict[str, float] = field(default_factory=dict)
+    site: SiteFrame | None = None
+    gap: float | None = None
+    min_points: int = 4
+    sort: bool = True
+    drop_duplicates: bool = True
+    drop_stale: bool = True
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        kind_of(self.kind)
+        if self.gap is not None and not self.gap >= 0:
+            raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
+        if self.threads is not None and self.threads < 1:
+            raise InputError(f"threads is {self.threads}; expected 1 or more")
+        if self.min_points < 1:
+            raise InputError(f"min_points is {self.min_points}; expected 1 or more")
+
+
+class Pace(NamedTuple):
+    """step (s): the usual time between two positions of a target, 0 where unknown; gap (s): without a position for longer a
+    track begins anew, 0: never; wait (s): the longest that a filter is prepared for."""
+
+    step: float
+    gap: float
+    wait: float
+
+    @classmethod
+    def of(cls, step: float, settings: Settings) -> Pace:
+        """The kind's gap, or what was asked for."""
+        usual = kind_of(settings.kind).gap(step)
+        gap = usual if settings.gap is None else settings.gap
+        return cls(step, gap, max(gap, usual))
+
+
+@dataclass(frozen=True)
+class Group:
+    """Parts with the same number of axes: their rows, noise, the purpose a filter is made for, and the filter.
+
+    covariance of each row's measurement; None where the filter's sensor says it.
+    """
+
+    placed: Placed
+    level: NoiseLevel
+    purpose: Purpose
+    filter: Any
+    covariance: np.ndarray | None
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What was cleaned and how, and the groups that are left, none where no row is."""
+
+    cleaned: Cleaned
+    pace: Pace
+    groups: list[Group]
+
+
+def prepare(measurements: Measurements, settings: Settings) -> Prepared:
+    """Clean, place, tell the noise and choose filters; the measurements' own rows are let go. Errors: InputError."""
+    pace = Pace.of(usual_step(measurements.rows), settings)
+    how = Cleaning(
+        pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale
+    )
+    cleaned = clean(measurements.rows, measurements.position, how)
+    measurements.rows = measurements.rows.clear()
+    site = None if measurements.position == "geographic" else settings.site
+    named = "source" in measurements.named
+    placed = place(cleaned.rows, measurements.position, site, axes_of(settings.filter), named)
+    return Prepared(cleaned, pace, [_group(each, pace, settings) for each in placed])
+
+
+def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
+    level = noise_levels(placed, settings.sensor_sd, settings.kind)
+    purpose, filter = choose(placed.components, level.typical, pace, settings)
+    covariance = None
+    # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
+    if filter is not settings.filter or getattr(filter, "fitted", {}).get("noise") == "of each row":
+        begin_with_height(placed, level.covariance)
+        covariance = None if level.uniform else level.covariance
+    elif settings.sensor_sd:
+        covariance = level.covariance
+    return Group(placed, level, purpose, filter, covariance)
+
+
+def choose(
+    components: Sequence[str], sd: Mapping[str, float], pace: Pace, settings: Settings
+) -> tuple[Purpose, Any]:
+    """What a filter of these measurements is made for, and the filter. Errors: InputError."""
+    purpose = purpose_of(components, sd, settings.kind, pace.wait, pace.step or 1.0)
+    return purpose, chosen(settings.filter, purpose, components)
+
+
+def usual_step(rows: pl.DataFrame) -> float:
+    """The median time between two positions of a target (s), those at the same time left out; 0 where there are none."""
+    new = changes(rows["target"])
+    if new.sum() > rows.height / 2:  # targets take turns
+        rows = rows.select("target", "time").sort("target", "time")
+        new = changes(rows["target"])
+    step = np.diff(rows["time"].to_numpy())[~new[1:]]
+    step = step[step > 0]
+    return float(np.median(step)) if step.size else 0.0
