@@ -1,4 +1,4 @@
-"""How the command line is put together: commands made of requests, help, names from registries, completion, `python -m jink`."""
+"""The command line: commands made of requests, help, names from registries, completion, `python -m jink`."""
 
 from __future__ import annotations
 
