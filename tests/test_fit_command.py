@@ -16,7 +16,6 @@ import pytest
 import jink
 from jink.cli.fit import FitRequest, run_fit
 from jink.cli.simulate import SimulateRequest, run_simulate
-from jink.scenarios.observation import Seeing
 
 FLIGHTS = str(Path(__file__).resolve().parents[1] / "examples" / "flights.parquet")
 
@@ -25,8 +24,8 @@ FLIGHTS = str(Path(__file__).resolve().parents[1] / "examples" / "flights.parque
 def simulated(tmp_path_factory):
     """Twenty runs of random turns with their truth, as jink simulate writes them."""
     path = str(tmp_path_factory.mktemp("fit") / "turns.parquet")
-    nothing = Seeing(None, None, None, None, None, None)
-    assert run_simulate(SimulateRequest("random-turns", 20, 3, path, nothing, "fighter", False, True)) == 0
+    request = SimulateRequest(name="random-turns", runs=20, seed=3, output=path, kind="fighter", quiet=True)
+    assert run_simulate(request) == 0
     return path
 
 
@@ -121,7 +120,7 @@ def test_ctrl_c_keeps_the_best_so_far_and_resume_ends_the_fit(tmp_path):
     """Exit status 130, the filter written and marked partial in the JSON; taken up again the fit ends with status 0."""
     out = tmp_path / "fitted.json"
     command = [
-        sys.executable, "-c", "from jink.cli.main import main; main()", "fit", "random-turns", "--filter", "imm-cv-ct", "--runs", "400",
+        sys.executable, "-m", "jink", "fit", "random-turns", "--filter", "imm-cv-ct", "--runs", "400",
         "--check-runs", "20", "--starts", "2", "--minutes", "30", "-o", str(out), "--json",
     ]  # fmt: skip
     kept = out.with_name("fitted.json.checkpoint")

@@ -128,7 +128,7 @@ def test_the_command_says_where_it_wrote_and_the_page_shows_the_parts(tmp_path, 
     from jink.cli.fit import FitRequest, run_fit
 
     data, out, page = recorded(tmp_path, 12, 0), tmp_path / "my.json", tmp_path / "my.html"
-    request = FitRequest(data, str(out), filter="kalman-cv", kind="vehicle", starts=1, report=str(page))
+    request = FitRequest(data=data, output=str(out), filter="kalman-cv", kind="vehicle", starts=1, report=str(page))
     assert run_fit(request) == 0
     said = capsys.readouterr().out
     assert "NIS inside its 95% band" in said and f"--filter {out}" in " ".join(said.split())

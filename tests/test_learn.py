@@ -214,7 +214,7 @@ BAD = {
     "no base": (["nn-kf", "lee-2003", "--base", "kalman-xx"], "kalman-cv"),
     "base of rules": (["fuzzy-imm", "lee-2003", "--base", "imm"], "--base"),
     "labels of an aid": (["nn-kf", "lee-2003", "--labels"], "--labels"),
-    "resume of a network": (["nn-kf", "lee-2003", "--resume"], "in one go"),
+    "resume of a network": (["nn-kf", "lee-2003", "--resume"], "nn-kf does not have it"),
     "resume from nothing": (["fuzzy-imm", "lee-2003", "--resume"], "--checkpoint"),
     "too few": (["nn-kf", "lee-2003", "--runs", "1"], "at least 4"),
     "weight": (["fuzzy-imm", "lee-2003", "--weight", "2"], "--weight"),

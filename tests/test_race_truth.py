@@ -19,7 +19,7 @@ from jink.compare import bounds, manoeuvring, simulated
 from jink.compare.race import compare
 from jink.io.errors import InputError
 from jink.scenarios import SCENARIOS
-from jink.scenarios.observation import Seeing, in_words
+from jink.scenarios.observation import in_words
 from jink.scenarios.table import simulation_table
 
 
@@ -158,8 +158,8 @@ def ask(**changes) -> int:
 
 def test_sensor_options(tmp_path, capsys):
     out = tmp_path / "o.json"
-    seeing = Seeing(sensor="20", interval=2.0, detection=0.9, outliers=0.01)
-    assert ask(scenario="random-turns", seeing=seeing, json=str(out)) == 0
+    seen = {"sensor": "20", "interval": 2.0, "detection": 0.9, "outliers": 0.01}
+    assert ask(scenario="random-turns", **seen, json=str(out)) == 0
     scenario = SCENARIOS["random-turns"].seen_by(20.0, interval=2.0, detection=0.9, outlier_share=0.01)
     body = json.loads(out.read_text())
     assert body["seen"] == in_words(scenario) and "one every 2 s" in body["seen"]
@@ -169,20 +169,20 @@ def test_sensor_options(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("seeing", "said"),
+    ("options", "said"),
     [
-        (Seeing(sensor="radar-4"), "did you mean radar-4s"),
-        (Seeing(sensor="-3"), "--sensor is -3"),
-        (Seeing(detection=1.5), "detection: expected"),
-        (Seeing(bias="1,x"), "--bias is '1,x'"),
-        (Seeing(bias="nan,1"), "--bias is 'nan,1'"),
-        (Seeing(interval=15.0), "choi-2001-1: 2 scans in 15 s steps; a race needs at least 3"),
-        (Seeing(bias="1"), "bias: expected one number for each of x, y"),
-        (Seeing(jitter=9.0), "jitter: expected"),
+        ({"sensor": "radar-4"}, "did you mean radar-4s"),
+        ({"sensor": "-3"}, "--sensor is -3"),
+        ({"detection": 1.5}, "detection: expected"),
+        ({"bias": "1,x"}, "--bias is '1,x'"),
+        ({"bias": "nan,1"}, "--bias is 'nan,1'"),
+        ({"interval": 15.0}, "choi-2001-1: 2 scans in 15 s steps; a race needs at least 3"),
+        ({"bias": "1"}, "bias: expected one number for each of x, y"),
+        ({"jitter": 9.0}, "jitter: expected"),
     ],
 )
-def test_wrong_sensor_options(seeing, said, capsys, tmp_path):
-    assert ask(seeing=seeing, json=str(tmp_path / "o.json")) == 2
+def test_wrong_sensor_options(options, said, capsys, tmp_path):
+    assert ask(**options, json=str(tmp_path / "o.json")) == 2
     assert said in capsys.readouterr().err and not list(tmp_path.iterdir())
 
 
@@ -256,12 +256,12 @@ def test_files_whose_truth_is_broken(case, tmp_path):
 def test_simulated_files_take_no_sensor_options(tmp_path, capsys):
     path = tmp_path / "f.parquet"
     simulation_table(short("random-turns", 40).simulate(3, 1)).write_parquet(path)
-    assert ask(scenario=str(path), seeing=Seeing(sensor="20")) == 2
+    assert ask(scenario=str(path), sensor="20") == 2
     assert "holds simulated measurements" in capsys.readouterr().err
 
 
 def test_recorded_tracks_seen_by_a_simulated_radar(capsys, tmp_path):
     out = tmp_path / "o.json"
-    assert ask(scenario="examples/flights.parquet", seeing=Seeing(sensor="radar-4s"), json=str(out)) == 0
+    assert ask(scenario="examples/flights.parquet", sensor="radar-4s", json=str(out)) == 0
     body = json.loads(out.read_text())
     assert "position_rmse" in body["filters"]["imm"] and "package traffic" in body["about"]["imm"]["note"]

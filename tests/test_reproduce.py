@@ -268,13 +268,13 @@ def test_wrong_requests_leave_with_2_and_write_nothing(changes, said, capsys, tm
 
 def test_the_command_prints_and_writes(capsys, tmp_path):
     files = tmp_path / "o.json", tmp_path / "o.html"
-    request = ReproduceRequest("titi-guney", runs=4, json=str(files[0]), report=str(files[1]))
+    request = ReproduceRequest(paper="titi-guney", runs=4, json=str(files[0]), report=str(files[1]))
     assert run_reproduce(request) == 0
     out, err = capsys.readouterr()
     assert "sluggish, 20 Hz" in out and "What the paper leaves open" in out and not err
     assert json.loads(files[0].read_text())["runs"] == 4
     assert files[1].read_text().startswith("<!doctype html>")
-    assert run_reproduce(ReproduceRequest("choi-2001", runs=4, json="-", quiet=True)) == 0
+    assert run_reproduce(ReproduceRequest(paper="choi-2001", runs=4, json="-", quiet=True)) == 0
     assert json.loads(capsys.readouterr().out)["paper"] == "choi-2001"
 
 

@@ -1,4 +1,4 @@
-"""`python -m jink`."""
+"""`python -m jink` is the command line, as `jink` is."""
 
 from .cli.main import main
 

@@ -13,7 +13,6 @@ from jink.filters.aided import Aided
 from jink.learn import genetic as ga
 from jink.learn.aid import fit_corrector, position_rms
 from jink.learn.data import from_file, from_scenario
-from jink.scenarios.observation import Seeing
 
 SENSOR = jink.Position(sd=50.0, axes=1)
 SLUGGISH = jink.Kalman(jink.ConstantAcceleration(jerk_psd=1e-3), SENSOR)
@@ -21,8 +20,10 @@ SLUGGISH = jink.Kalman(jink.ConstantAcceleration(jerk_psd=1e-3), SENSOR)
 
 def simulated(path, name="benchmark-1", runs=9, sensor="50", interval=1.0):
     """A file as the command writes it."""
-    seeing = Seeing(sensor, interval, None, None, None, None)
-    assert run_simulate(SimulateRequest(name, runs, 4, str(path), seeing, "aircraft", False, True)) == 0
+    request = SimulateRequest(
+        name=name, runs=runs, seed=4, output=str(path), sensor=sensor, interval=interval, quiet=True
+    )
+    assert run_simulate(request) == 0
     return path
 
 

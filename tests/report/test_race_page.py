@@ -20,7 +20,6 @@ from jink.metrics import Figure
 from jink.report.race_data import columns, half_width, interval_text
 from jink.report.race_page import write_race_report
 from jink.scenarios import SCENARIOS
-from jink.scenarios.observation import Seeing
 
 
 def short(name: str, scans: int, **changes):
@@ -213,7 +212,7 @@ def test_the_command_on_the_page_does_it_again(tmp_path):
     """The same figures, from the command as it is written there."""
     first, second = tmp_path / "a.json", tmp_path / "b.json"
     page = tmp_path / "page.html"
-    request = ask(seeing=Seeing(sensor="2", detection=0.9), json=str(first), report=str(page), kind="fighter")
+    request = ask(sensor="2", detection=0.9, json=str(first), report=str(page), kind="fighter")
     assert run_compare(replace(request, quiet=True)) == 0
     command = command_line(request)
     assert command.replace("&", "&amp;") in page.read_text(encoding="utf-8")

@@ -1,65 +1,99 @@
-"""`jink compare`: check what was asked, race, print the table or write it as JSON; nothing is written on an error."""
+"""`jink compare`: check the request, race the filters, print tables, write JSON and a page; an error writes nothing."""
 
 from __future__ import annotations
 
-import json
 import shlex
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from ..io.errors import InputError
-from ..scenarios.observation import Seeing
 from .exit_status import exit_status
+from .request import (
+    Columns,
+    JsonFile,
+    Quiet,
+    RecordedKind,
+    Runs,
+    Seed,
+    SensorOptions,
+    check_at_least,
+    check_kind,
+    check_seed,
+    completed_from,
+    json_text,
+    output_path,
+    parse_columns,
+    progress_line,
+)
 
 
-@dataclass(frozen=True)
-class CompareRequest:
-    """What the command line asked for, as it came."""
+@dataclass(frozen=True, kw_only=True)
+class CompareRequest(SensorOptions):
+    """Compare filters fairly: the same random numbers for all, standard errors, no verdict without an interval.
 
-    scenario: str
-    filters: str
-    runs: int
-    seed: int
-    json: str | None = None
-    report: str | None = None
-    seeing: Seeing = field(default_factory=Seeing)
-    kind: str = "aircraft"
-    columns: Sequence[str] = ()
-    quiet: bool = False
+    Raw measurements, tuned Kalman filters, the default IMM and the clairvoyant bound always take part.
+    """
+
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO|FILE",
+            show_default=False,
+            help="A scenario (a wrong name lists all), a file from jink simulate, or a file of recorded positions. "
+            "Without truth, filters are scored on predictions. With sensor options, smoothed tracks are the truth.",
+            autocompletion=completed_from("scenarios"),
+        ),
+    ]
+    filters: Annotated[
+        str,
+        typer.Option(
+            metavar="A,B,C.json",
+            help="More filters to compare: names (a wrong one lists all), the word all, or files written by save().",
+            autocompletion=completed_from("filters", also=("all",)),
+        ),
+    ] = ""
+    runs: Runs = 1000
+    seed: Seed = 0
+    json: JsonFile = None
+    report: Annotated[str | None, typer.Option(metavar="FILE", help="Write one HTML page with tables and charts.")] = (
+        None
+    )
+    kind: RecordedKind = "aircraft"
+    columns: Columns = None
+    quiet: Quiet = False
 
 
 def run_compare(request: CompareRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable request, 130 interrupted.
 
-    Interrupted with some runs finished, these are reported and marked partial.
+    After an interrupt the runs that are finished are reported and marked partial.
     """
     return exit_status(lambda: _run(request), interrupted="interrupted before any run was finished")
 
 
 def _run(request: CompareRequest) -> int:
     from ..compare.race import compare
-    from .track import parse_columns
 
-    if request.runs < 1:
-        raise InputError(f"--runs is {request.runs}; expected at least 1")
-    if request.seed < 0:
-        raise InputError(f"--seed is {request.seed}; expected a whole number from 0")
+    check_at_least(1, runs=request.runs)
+    check_seed(request.seed)
+    check_kind(request.kind)
     output, report = _output(request, "--json", request.json), _output(request, "--report", request.report)
     if output is not None and report is not None and output.absolute() == report.absolute():
         raise InputError(f"--json and --report are both {output}; expected two names")
-    names = [name.strip() for name in request.filters.split(",") if name.strip()]
-    race = compare(
-        _scenario(request),
-        names,
-        request.runs,
-        request.seed,
-        kind=request.kind,
-        columns=parse_columns(list(request.columns)) or None,
-        progress=_progress(request),
-    )
+    with progress_line(not request.quiet) as say:
+        race = compare(
+            _scenario(request),
+            [name.strip() for name in request.filters.split(",") if name.strip()],
+            request.runs,
+            request.seed,
+            kind=request.kind,
+            columns=parse_columns(request.columns) or None,
+            progress=say and (lambda done, asked: say(f"{done:,} of {asked:,}")),
+        )
     _write(race, request, output, report)
     if not request.quiet and request.json != "-":
         from ..report.race_table import show
@@ -69,45 +103,32 @@ def _run(request: CompareRequest) -> int:
 
 
 def _scenario(request: CompareRequest) -> Any:
-    """The name or file, or the scenario seen otherwise where that is asked; recorded tracks are then the truth."""
-    if not request.seeing.asked:
+    """The name or file; with sensor options the scenario measured so, recorded tracks being its truth."""
+    if not request.sensor_options:
         return request.scenario
-    from .simulate import choose
-
     if Path(request.scenario).is_file():
         from ..compare.truth_file import has_truth
 
         if has_truth(request.scenario):
             raise InputError(
-                f"{request.scenario} holds simulated measurements; sensor options are for a scenario "
-                "or for recorded positions"
+                f"{request.scenario} holds simulated measurements; sensor options need a scenario or recorded positions"
             )
-    return choose(request.scenario, request.kind, request.seeing)
+    return request.scenario_called(request.scenario, request.kind)
 
 
 def _output(request: CompareRequest, option: str, given: str | None) -> Path | None:
-    """Where JSON or page go, checked before the work; Path("-") is standard output."""
-    if given is None:
-        return None
-    path = Path(given)
-    if given == "-":
-        if option == "--report":
-            raise InputError("--report -: expected a file")
-        return path
-    if path.is_dir() or not path.parent.is_dir():
-        raise InputError(f"{option} {path}: expected a file in a folder that exists")
-    if path.exists() and Path(request.scenario).exists() and path.samefile(request.scenario):
-        raise InputError(f"{path} is the input; the output needs another name")
-    if {path.name, str(path)} & set(request.filters.split(",")):
+    """Where JSON or page go, checked before the work begins."""
+    path = output_path(option, given, stdout=option == "--json", data=request.scenario)
+    if path is not None and {path.name, str(path)} & set(request.filters.split(",")):
         raise InputError(f"{path} is one of the filters; the output needs another name")
     return path
 
 
 def _write(race: Any, request: CompareRequest, output: Path | None, report: Path | None) -> None:
-    """JSON and page, both or none: written under other names first, then renamed."""
+    """Write JSON and page, both or none: under other names first, then renamed."""
     from ..io.writing import atomically
 
-    text = json.dumps(race.as_dict(), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json_text(race.as_dict())
     wanted = [path for path in (output, report) if path is not None and str(path) != "-"]
     with atomically(*wanted) as temporary:
         for path, name in zip(wanted, temporary, strict=True):
@@ -122,23 +143,12 @@ def _write(race: Any, request: CompareRequest, output: Path | None, report: Path
 
 
 def command_line(request: CompareRequest) -> str:
-    """The command that does it again, files by the names they were given."""
-    seeing = {name: value for name, value in vars(request.seeing).items() if value is not None}
-    asked: dict[str, Any] = {"filters": request.filters, "runs": request.runs, "seed": request.seed, **seeing}
+    """The command that does it again; files have the names they were given."""
+    asked: dict[str, Any] = {"filters": request.filters, "runs": request.runs, "seed": request.seed}
+    asked |= request.sensor_options
     if request.kind != "aircraft":
         asked["kind"] = request.kind
     words = ["jink", "compare", request.scenario]
     words += [part for name, value in asked.items() if value != "" for part in (f"--{name}", str(value))]
-    words += [part for given in request.columns for part in ("--columns", given)]
+    words += [part for given in request.columns or () for part in ("--columns", given)]
     return shlex.join(words)
-
-
-def _progress(request: CompareRequest) -> Any:
-    if request.quiet or not sys.stderr.isatty():
-        return None
-
-    def say(done: int, asked: int) -> None:
-        sys.stderr.write(f"\r{done:,} of {asked:,}" + ("\r\033[K" if done >= asked else ""))
-        sys.stderr.flush()
-
-    return say

@@ -1,4 +1,4 @@
-"""How a command of the command line ends: its exit status, and what it says where it failed."""
+"""How a command ends: its exit status, and what it says when it failed."""
 
 from __future__ import annotations
 
@@ -6,12 +6,8 @@ import json
 import sys
 from collections.abc import Callable, Sequence
 
-PACKAGES = (
-    "polars",
-    "narwhals",
-    "pyproj",
-    "rich",
-)  # what the command line works with and `import jink` does not
+# what the command line works with, but `import jink` does not
+PACKAGES = ("polars", "narwhals", "pyproj", "rich")
 
 
 def exit_status(
@@ -26,9 +22,9 @@ def exit_status(
 ) -> int:
     """Run a command: 0 done, 1 a failure that is not the input's fault, 2 unusable input or request, 130 interrupted.
 
-    mistakes, the errors that are the input's fault; packages that may be missing and the extra that brings them; memory and
-    interrupted, what is said then (None: an interrupt is the caller's); as_json says it on standard output as well. Any other
-    error is a defect and goes on.
+    mistakes: the errors that are the input's fault. packages: those that may be missing; extra: what installs them.
+    memory: what is said when memory runs out; interrupted: what is said on Ctrl-C (None: the caller handles it).
+    as_json: say it on standard output as well. Any other error is a defect and is raised.
     """
     try:
         return command()
@@ -50,7 +46,7 @@ def exit_status(
 
 
 def failed(message: str, status: int, *, as_json: bool = False) -> int:
-    """Say why on standard error, and on standard output where JSON is expected there; the status."""
+    """Say why on standard error, and on standard output where JSON is expected there. Returns the status."""
     if as_json:
         sys.stdout.write(json.dumps({"error": message, "status": status}, ensure_ascii=False) + "\n")
     sys.stderr.write(f"jink: {message}\n")

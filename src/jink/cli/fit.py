@@ -1,69 +1,154 @@
-"""`jink fit`: check what was asked, fit, check on held-out data, write filter and page; nothing is written on an error."""
+"""`jink fit`: check the request, fit, check on held-out data, write filter and page; an error writes nothing."""
 
 from __future__ import annotations
 
-import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from ..io.errors import InputError
 from .exit_status import PACKAGES, exit_status
+from .request import (
+    FLAG,
+    CheckRuns,
+    Columns,
+    Json,
+    Quiet,
+    RecordedKind,
+    Seed,
+    check_at_least,
+    check_kind,
+    check_seed,
+    completed_from,
+    filter_path,
+    json_text,
+    output_path,
+    parse_columns,
+    progress_line,
+    words_of,
+)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FitRequest:
-    """What the command line asked for, as it came."""
+    """Fit a filter's parameters to your own targets and check the result on data it has not seen.
 
-    data: str
-    output: str | None = None
-    filter: str | None = None
-    search: bool = False
-    objective: str | None = None
-    truth: str | None = None
-    ahead: int = 1
-    free: Sequence[str] = ()
-    fix: Sequence[str] = ()
-    runs: int = 200
-    check_runs: int = 500
-    seed: int = 0
-    starts: int = 3
-    minutes: float | None = None
-    kind: str = "aircraft"
-    columns: Sequence[str] = ()
-    checkpoint: str | None = None
-    resume: bool = False
-    report: str | None = None
-    json: bool = False
-    quiet: bool = False
+    The targets need no known truth. Ctrl-C keeps the best parameters found so far.
+    """
+
+    data: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE|SCENARIO",
+            show_default=False,
+            help="A file of recorded positions, or one or several scenarios (with commas).",
+            autocompletion=completed_from("scenarios"),
+        ),
+    ]
+    filter: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="The filter to fit: a name (a wrong one lists all) or a file written by save(). Default: imm. "
+            "With --search: the candidates, with commas. Default: all.",
+            autocompletion=completed_from("filters"),
+        ),
+    ] = None
+    search: Annotated[
+        bool,
+        typer.Option(
+            "--search",
+            help="Find the filter that fits best: fit filters of 1 to 3 modes in parallel, rank them on held-out data.",
+            **FLAG,
+        ),
+    ] = False
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write the filter as .json, for jink track --filter."),
+    ] = None
+    objective: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="What is made best: {objectives}. Default: tracking if the truth is known, else likelihood.",
+            autocompletion=completed_from("objectives"),
+        ),
+    ] = None
+    truth: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMNS",
+            help="The file's columns of truth: px=true_x,vx=… The word true stands for those of jink simulate.",
+        ),
+    ] = None
+    ahead: Annotated[int, typer.Option(metavar="SCANS", help="How far ahead the objective prediction looks.")] = 1
+    free: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PATTERN", help="Fit these parameters too, for example 'sensor.*' (a wrong one lists all)."
+        ),
+    ] = None
+    fix: Annotated[list[str] | None, typer.Option(metavar="PATTERN", help="Leave these parameters as they are.")] = None
+    minutes: Annotated[
+        float | None, typer.Option(metavar="M", help="Stop after this time and keep the best found so far.")
+    ] = None
+    runs: Annotated[int, typer.Option(metavar="N", help="Number of runs of a scenario to fit on.")] = 200
+    check_runs: CheckRuns = 500
+    seed: Seed = 0
+    starts: Annotated[int, typer.Option(metavar="N", help="Number of points the optimisation starts from.")] = 3
+    kind: RecordedKind = "aircraft"
+    columns: Columns = None
+    checkpoint: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="Keep the state of the fit here while it runs. Default: beside the output."),
+    ] = None
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.", **FLAG)] = False
+    report: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write one HTML page: held-out tracks before and after the fit.")
+    ] = None
+    json: Json = False
+    quiet: Quiet = False
 
 
 def run_fit(request: FitRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable request, 130 interrupted.
 
-    Interrupted, the best parameters so far are checked and written, marked partial.
+    After an interrupt the best parameters so far are checked, written and marked partial.
     """
     return exit_status(
-        lambda: _run(request), packages=(*PACKAGES, "scipy", "cma"), extra="fit",
+        lambda: _run(request),
+        packages=(*PACKAGES, "scipy", "cma"),
+        extra="fit",
         interrupted="interrupted before there was anything to keep",
-    )  # fmt: skip
+    )
 
 
 def _run(request: FitRequest) -> int:
-    output, report = checked_outputs(request.output, request.report, request.data)
+    output = filter_path(request.output, request.data)
+    report = output_path("--report", request.report, data=request.data)
     options = _options(request)
     if request.search:
         return _search(request, options, output, report)
     from ..fit import fit as fit_one
 
     checkpoint = request.checkpoint or (f"{request.output}.checkpoint" if request.output else None)
-    fit = fit_one(
-        request.data, request.filter or "imm", free=_names(request.free), fixed=_names(request.fix), minutes=request.minutes,
-        checkpoint=checkpoint, resume=request.resume, starts=request.starts, progress=_progress(request), **options,
-    )  # fmt: skip
-    _clear(request)
+    with progress_line(not (request.quiet or request.json)) as say:
+        fit = fit_one(
+            request.data,
+            request.filter or "imm",
+            free=words_of(request.free),
+            fixed=words_of(request.fix),
+            minutes=request.minutes,
+            checkpoint=checkpoint,
+            resume=request.resume,
+            starts=request.starts,
+            progress=_progress(say, "{words} (batch {begun} of {stages})"),
+            **options,
+        )
     if checkpoint and not fit.partial and not request.checkpoint:
         Path(checkpoint).unlink(missing_ok=True)
     if output:
@@ -73,7 +158,7 @@ def _run(request: FitRequest) -> int:
 
         write_fit_report(fit, report)
     if request.json:
-        sys.stdout.write(json.dumps(fit.as_dict(), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        sys.stdout.write(json_text(fit.as_dict()))
     elif not request.quiet:
         from ..report.fit_table import show
 
@@ -83,7 +168,7 @@ def _run(request: FitRequest) -> int:
 
 
 def _say_where(output: Path | None, report: Path | None) -> None:
-    """Where the filter and the page are, and what the filter is for."""
+    """Where the filter and the page are, and how the filter is used."""
     if output:
         sys.stdout.write(f"\nfilter in {output}: jink track FILE --filter {output}\n")
     if report:
@@ -91,22 +176,28 @@ def _say_where(output: Path | None, report: Path | None) -> None:
 
 
 def _search(request: FitRequest, options: dict[str, Any], output: Path | None, report: Path | None) -> int:
-    """Candidates fitted in parallel; what is written is the best one."""
+    """Fit all candidates in parallel and write the best one."""
     from ..checks import thread_count
     from ..fit.fitting import chosen_objective, training_data
     from ..fit.search import search
 
     for option, given in {"--checkpoint": request.checkpoint, "--resume": request.resume}.items():
         if given:
-            raise InputError(f"{option}: a search begins anew; limit it with --minutes")
+            raise InputError(f"{option} does not go with --search, which always begins anew; --minutes limits its time")
     objective, ahead = options.pop("objective"), options.pop("ahead")
     training = training_data(request.data, **options)
-    found = search(
-        training, chosen_objective(objective, training, ahead), names=_names([request.filter or ""]), minutes=request.minutes,
-        workers=thread_count(None), seed=request.seed, free=_names(request.free), fixed=_names(request.fix),
-        progress=_progress(request, "{stage} of {stages} fitted; under way: {words}"),
-    )  # fmt: skip
-    _clear(request)
+    with progress_line(not (request.quiet or request.json)) as say:
+        found = search(
+            training,
+            chosen_objective(objective, training, ahead),
+            names=words_of([request.filter or ""]),
+            minutes=request.minutes,
+            workers=thread_count(None),
+            seed=request.seed,
+            free=words_of(request.free),
+            fixed=words_of(request.fix),
+            progress=_progress(say, "{stage} of {stages} fitted; under way: {words}"),
+        )
     if output:
         found.fit.save(output)
     if report:
@@ -114,23 +205,20 @@ def _search(request: FitRequest, options: dict[str, Any], output: Path | None, r
 
         write_fit_report(found.fit, report, found)
     if request.json:
-        sys.stdout.write(json.dumps(found.as_dict(), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        sys.stdout.write(json_text(found.as_dict()))
     elif not request.quiet:
         from ..report.search_table import show
 
         show(found)
+        _say_where(output, report)
     return 130 if found.interrupted else 0
 
 
 def _options(request: FitRequest) -> dict[str, Any]:
-    from .track import parse_columns
-
-    checks = {"--runs": request.runs, "--check-runs": request.check_runs, "--starts": request.starts}
-    for option, value in checks.items():
-        if value < 1:
-            raise InputError(f"{option} is {value}; expected at least 1")
-    if request.seed < 0:
-        raise InputError(f"--seed is {request.seed}; expected a whole number from 0")
+    """What a fit and a search are both told, checked."""
+    check_at_least(1, runs=request.runs, check_runs=request.check_runs, starts=request.starts)
+    check_seed(request.seed)
+    check_kind(request.kind)
     if request.minutes is not None and not request.minutes > 0:
         raise InputError(f"--minutes is {request.minutes}; expected more than 0")
     return {
@@ -141,42 +229,16 @@ def _options(request: FitRequest) -> dict[str, Any]:
         "check_runs": request.check_runs,
         "seed": request.seed,
         "kind": request.kind,
-        "columns": parse_columns(list(request.columns)) or None,
+        "columns": parse_columns(request.columns) or None,
     }
 
 
-def checked_outputs(filter: str | None, page: str | None, data: str) -> tuple[Path | None, Path | None]:
-    """Where filter and page go, checked before the work. Errors: InputError."""
-    output = Path(filter) if filter else None
-    report = Path(page) if page else None
-    if output is not None and output.suffix != ".json":
-        raise InputError(f"-o {output}: a filter is written as .json")
-    for path in (each for each in (output, report) if each is not None):
-        if path.is_dir() or not path.parent.is_dir():
-            raise InputError(f"{path}: expected a file in a folder that exists")
-        if path.exists() and Path(data).exists() and path.samefile(data):
-            raise InputError(f"{path} is the input; the output needs another name")
-    return output, report
-
-
-def _clear(request: FitRequest) -> None:
-    """Take the line of progress away."""
-    if _progress(request):
-        sys.stderr.write("\r\033[K")
-        sys.stderr.flush()
-
-
-def _names(given: Sequence[str]) -> list[str]:
-    return [name.strip() for item in given for name in item.split(",") if name.strip()]
-
-
-def _progress(request: FitRequest, form: str = "{words} (batch {begun} of {stages})") -> Any:
-    if request.quiet or request.json or not sys.stderr.isatty():
+def _progress(say: Callable[[str], None] | None, form: str) -> Callable[[str, int, int], None] | None:
+    """Progress as a fit tells it, in words; the stages are unknown at first."""
+    if say is None:
         return None
 
-    def say(words: str, stage: int, stages: int) -> None:
-        said = form.format(words=words, stage=stage, begun=stage + 1, stages=stages) if stages else words
-        sys.stderr.write(f"\r\033[K{said}")
-        sys.stderr.flush()
+    def tell(words: str, stage: int, stages: int) -> None:
+        say(form.format(words=words, stage=stage, begun=stage + 1, stages=stages) if stages else words)
 
-    return say
+    return tell

@@ -1,93 +1,218 @@
-"""`jink learn`: check what was asked, learn, check on held-out data, write filter and page; nothing is written on an error."""
+"""`jink learn`: check the request, learn, check on held-out data, write filter and page; an error writes nothing."""
 
 from __future__ import annotations
 
-import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from ..io.errors import InputError
-from ..learn.recipes import OPTIMISERS, SEARCHED
 from .exit_status import PACKAGES, exit_status, failed
+from .request import (
+    FLAG,
+    CheckRuns,
+    Columns,
+    Json,
+    Quiet,
+    Seed,
+    check_at_least,
+    check_kind,
+    check_seed,
+    completed_from,
+    filter_path,
+    json_text,
+    output_path,
+    parse_columns,
+)
+
+SEARCH = "Only for fuzzy-imm and fuzzy-kalman, which search for rules"
+NETWORKS = "Only for networks and for the filters that they aid"
+AIDS = ("anfis-kf", "nn-kf")
+LABELLED = ("nnvsmm", "nnvsmm-modes")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LearnRequest:
-    """What the command line asked for, as it came."""
+    """Learn fuzzy rules or networks from targets whose truth is known.
 
-    name: str
-    data: str
-    output: str | None = None
-    truth: str | None = None
-    columns: Sequence[str] = ()
-    kind: str | None = None
-    runs: int = 200
-    check_runs: int = 500
-    seed: int = 0
-    acceleration: float | None = None
-    optimiser: str | None = None
-    generations: int | None = None
-    population: int | None = None
-    rules: int | None = None
-    weight: float | None = None
-    inputs: str | None = None
-    base: str | None = None
-    epochs: int | None = None
-    labels: bool = False
-    checkpoint: str | None = None
-    resume: bool = False
-    report: str | None = None
-    json: bool = False
-    quiet: bool = False
+    The filter that comes of it is checked on data it has not seen.
+    """
+
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            show_default=False,
+            help="The filter to learn: {learned}.",
+            autocompletion=completed_from("learned"),
+        ),
+    ]
+    data: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE|SCENARIO",
+            show_default=False,
+            help="A file of positions with their truth, or one or several scenarios (with commas).",
+            autocompletion=completed_from("scenarios"),
+        ),
+    ]
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write the filter as .json, for jink track --filter."),
+    ] = None
+    truth: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMNS",
+            help="The file's columns of truth: px=true_x,vx=… Default: those of jink simulate.",
+        ),
+    ] = None
+    columns: Columns = None
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND",
+            show_default=False,
+            help="What the targets are: {kinds}. It decides how hard they accelerate.",
+            autocompletion=completed_from("kinds"),
+        ),
+    ] = None
+    acceleration: Annotated[
+        float | None,
+        typer.Option(metavar="M/S²", help="How hard the targets accelerate, instead of the kind's figure."),
+    ] = None
+    runs: Annotated[int, typer.Option(metavar="N", help="Number of runs of a scenario to learn from.")] = 200
+    check_runs: CheckRuns = 500
+    seed: Seed = 0
+    optimiser: Annotated[
+        str | None,
+        typer.Option(
+            "--optimizer",
+            metavar="NAME",
+            rich_help_panel=SEARCH,
+            help="ga (default, as published), cma, or together: all modes and their transitions at once.",
+            autocompletion=completed_from("optimisers"),
+        ),
+    ] = None
+    generations: Annotated[
+        int | None,
+        typer.Option(metavar="N", rich_help_panel=SEARCH, help="Number of generations. Default: 100; together: 250."),
+    ] = None
+    population: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", rich_help_panel=SEARCH, help="Candidates in a generation. Default: 500; together: 24."
+        ),
+    ] = None
+    rules: Annotated[
+        int | None,
+        typer.Option(metavar="N", rich_help_panel=SEARCH, help="Most rules for a mode. Default: 50; together: 2."),
+    ] = None
+    weight: Annotated[
+        float | None,
+        typer.Option(
+            metavar="λ",
+            rich_help_panel=SEARCH,
+            help="Weight of the tracking error, 0 to 1; the rest rewards few rules. Default: 0.95.",
+        ),
+    ] = None
+    inputs: Annotated[
+        str | None,
+        typer.Option(metavar="M/S²,…", help="Accelerations of the modes. Default: 1, 10 and 100 % of the kind's."),
+    ] = None
+    base: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|FILE",
+            rich_help_panel=NETWORKS,
+            help="The filter that anfis-kf or nn-kf aids. Default: constant acceleration, tuned.",
+            autocompletion=completed_from("filters"),
+        ),
+    ] = None
+    epochs: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", rich_help_panel=NETWORKS, help="Epochs of training, or steps when trained end to end."
+        ),
+    ] = None
+    labels: Annotated[
+        bool,
+        typer.Option(
+            "--labels",
+            rich_help_panel=NETWORKS,
+            help="Learn which mode was the best one, instead of reducing the tracking error itself.",
+            **FLAG,
+        ),
+    ] = False
+    checkpoint: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            rich_help_panel=SEARCH,
+            help="Keep the state of the search here while it runs. Default: beside the output.",
+        ),
+    ] = None
+    resume: Annotated[
+        bool, typer.Option("--resume", rich_help_panel=SEARCH, help="Go on from the checkpoint.", **FLAG)
+    ] = False
+    report: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write one HTML page with figures, rules and their surfaces.")
+    ] = None
+    json: Json = False
+    quiet: Quiet = False
 
 
 def run_learn(request: LearnRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable request, 130 interrupted.
 
-    Interrupted, a search by populations is kept in its checkpoint, which --resume takes up.
+    After an interrupt a search for rules is kept in its checkpoint, and --resume goes on from there.
     """
-    return exit_status(
-        lambda: _run(request), packages=(*PACKAGES, "scipy", "cma", "pymoo", "autograd"), extra="learn,track"
-    )
+    packages = (*PACKAGES, "scipy", "cma", "pymoo", "autograd")
+    return exit_status(lambda: _run(request), packages=packages, extra="learn,track")
 
 
 def _run(request: LearnRequest) -> int:
-    from .fit import checked_outputs
-    from .track import parse_columns
-
-    output, report = checked_outputs(request.output, request.report, request.data)
-    how = _how(request)
-    kept = _kept(request)
-    if kept and not request.resume:
-        for file in _files(kept):
-            file.unlink()
     from ..learn.learning import learn
 
+    output = filter_path(request.output, request.data)
+    report = output_path("--report", request.report, data=request.data)
+    recipe = _recipe(request)
+    kept = _kept(request)
+    if not request.resume:
+        _remove(kept)
     try:
-        with _Progress(request) as progress:
+        with _progress(not (request.quiet or request.json)) as progress:
             learned = learn(
-                request.name, request.data, truth=request.truth, columns=parse_columns(list(request.columns)) or None,
-                kind=request.kind, runs=request.runs, check_runs=request.check_runs, seed=request.seed, base=request.base,
-                checkpoint=kept, progress=progress, **how,
-            )  # fmt: skip
+                request.name,
+                request.data,
+                truth=request.truth,
+                columns=parse_columns(request.columns) or None,
+                kind=request.kind,
+                runs=request.runs,
+                check_runs=request.check_runs,
+                seed=request.seed,
+                base=request.base,
+                checkpoint=kept,
+                progress=progress,
+                **recipe,
+            )
     except KeyboardInterrupt:
-        return failed(
-            "interrupted" + ("; --resume goes on from the checkpoint" if kept and _files(kept) else ""), 130
-        )
+        return failed("interrupted" + ("; --resume goes on from the checkpoint" if _files(kept) else ""), 130)
     if output:
         learned.save(output)
     if report:
         from ..report.learn_page import write_learn_report
 
         write_learn_report(learned, report)
-    if kept and not request.checkpoint:
-        for file in _files(kept):
-            file.unlink()
+    if not request.checkpoint:
+        _remove(kept)
     if request.json:
-        sys.stdout.write(json.dumps(learned.as_dict(), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        sys.stdout.write(json_text(learned.as_dict()))
     elif not request.quiet:
         from ..report.learn_table import show
 
@@ -95,50 +220,58 @@ def _run(request: LearnRequest) -> int:
     return 0
 
 
-def _how(request: LearnRequest) -> dict[str, Any]:
+def _recipe(request: LearnRequest) -> dict[str, Any]:
     """What was asked of the recipe, checked as far as that needs no data."""
-    searched = request.name in SEARCHED
-    for option, value in (
-        ("--optimizer", request.optimiser), ("--generations", request.generations), ("--population", request.population),
-        ("--rules", request.rules), ("--weight", request.weight), ("--checkpoint", request.checkpoint),
-    ):  # fmt: skip
-        if value is not None and not searched:
-            raise InputError(
-                f"{option}: is of searches for rules ({', '.join(SEARCHED)}), not of {request.name}"
-            )
-    if request.resume and not searched:
-        raise InputError(
-            f"--resume: {request.name} is learned in one go; only searches for rules are taken up again"
-        )
-    if request.resume and not (request.checkpoint or request.output):
-        raise InputError("--resume: needs the checkpoint to take up (--checkpoint, or -o beside which it is)")
-    for option, value in (("--epochs", request.epochs), ("--labels", request.labels or None)):
-        if value is not None and searched:
-            raise InputError(f"{option}: is of networks, not of {request.name}")
-    if request.base is not None and request.name not in ("anfis-kf", "nn-kf"):
-        raise InputError(f"--base: is the filter that anfis-kf and nn-kf aid, not of {request.name}")
-    if request.labels and request.name not in ("nnvsmm", "nnvsmm-modes"):
-        raise InputError(f"--labels: is of nnvsmm and nnvsmm-modes, not of {request.name}")
-    for option, number in (
-        ("--runs", request.runs), ("--check-runs", request.check_runs), ("--generations", request.generations),
-        ("--population", request.population), ("--rules", request.rules), ("--epochs", request.epochs),
-    ):  # fmt: skip
-        if number is not None and number < 1:
-            raise InputError(f"{option} is {number}; expected at least 1")
-    if request.seed < 0:
-        raise InputError(f"--seed is {request.seed}; expected a whole number from 0")
+    from ..learn.recipes import OPTIMISERS
+
+    _check_options_go_with_the_name(request)
+    check_at_least(
+        1,
+        runs=request.runs,
+        check_runs=request.check_runs,
+        generations=request.generations,
+        population=request.population,
+        rules=request.rules,
+        epochs=request.epochs,
+    )
+    check_seed(request.seed)
+    if request.kind is not None:
+        check_kind(request.kind)
     if request.optimiser is not None and request.optimiser not in OPTIMISERS:
         raise InputError(f"--optimizer is {request.optimiser!r}; expected one of {', '.join(OPTIMISERS)}")
     if request.acceleration is not None and not request.acceleration > 0:
         raise InputError(f"--acceleration is {request.acceleration:g}; expected more than 0 m/s²")
     if request.weight is not None and not 0 <= request.weight <= 1:
         raise InputError(f"--weight is {request.weight:g}; expected 0 to 1")
-    given = {
-        "acceleration": request.acceleration, "optimiser": request.optimiser, "generations": request.generations,
-        "population": request.population, "rules": request.rules, "weight": request.weight,
-        "inputs": _numbers(request.inputs), "epochs": request.epochs, "labels": request.labels or None,
-    }  # fmt: skip
+    same = ("acceleration", "optimiser", "generations", "population", "rules", "weight", "epochs")
+    given = {name: getattr(request, name) for name in same}
+    given |= {"inputs": _numbers(request.inputs), "labels": request.labels or None}
     return {name: value for name, value in given.items() if value is not None}
+
+
+def _check_options_go_with_the_name(request: LearnRequest) -> None:
+    """Errors: InputError for an option that the filter to be learned does not have, and for an unknown filter."""
+    from ..checks import unknown
+    from ..learn.recipes import RECIPES, SEARCHED
+
+    if request.name not in RECIPES:
+        raise InputError(unknown("learned filter", request.name, RECIPES))
+    for option, value, names in (
+        ("--optimizer", request.optimiser, SEARCHED),
+        ("--generations", request.generations, SEARCHED),
+        ("--population", request.population, SEARCHED),
+        ("--rules", request.rules, SEARCHED),
+        ("--weight", request.weight, SEARCHED),
+        ("--checkpoint", request.checkpoint, SEARCHED),
+        ("--resume", request.resume or None, SEARCHED),
+        ("--epochs", request.epochs, tuple(name for name in RECIPES if name not in SEARCHED)),
+        ("--base", request.base, AIDS),
+        ("--labels", request.labels or None, LABELLED),
+    ):
+        if value is not None and request.name not in names:
+            raise InputError(f"{option} is an option for {', '.join(names)}; {request.name} does not have it")
+    if request.resume and not (request.checkpoint or request.output):
+        raise InputError("--resume needs a checkpoint: give --checkpoint, or the -o that the search was started with")
 
 
 def _numbers(text: str | None) -> tuple[float, ...] | None:
@@ -154,37 +287,36 @@ def _numbers(text: str | None) -> tuple[float, ...] | None:
 
 
 def _kept(request: LearnRequest) -> str | None:
-    """Where a search keeps its place, one file per sub-model."""
+    """Where a search for rules keeps its state, one file for each mode."""
+    from ..learn.recipes import SEARCHED
+
     if request.name not in SEARCHED:
         return None
     return request.checkpoint or (f"{request.output}.checkpoint" if request.output else None)
 
 
-def _files(kept: str) -> list[Path]:
+def _files(kept: str | None) -> list[Path]:
+    if kept is None:
+        return []
     path = Path(kept)
     return sorted(file for file in path.parent.glob("*.npz") if file.name.startswith(f"{path.name}."))
 
 
-class _Progress:
-    """A bar with what is best so far, on a terminal that nobody silenced; else nothing."""
+def _remove(kept: str | None) -> None:
+    for file in _files(kept):
+        file.unlink()
 
-    def __init__(self, request: LearnRequest) -> None:
-        self.wanted = not (request.quiet or request.json) and sys.stderr.isatty()
 
-    def __enter__(self) -> Callable[[str, int, int], None] | None:
-        if not self.wanted:
-            return None
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+@contextmanager
+def _progress(wanted: bool) -> Iterator[Callable[[str, int, int], None] | None]:
+    """A bar on standard error that says what is best so far; None if nobody wants or sees it."""
+    if not wanted or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-        self.bar = Progress(
-            BarColumn(20), MofNCompleteColumn(), TextColumn("{task.description}"), TimeRemainingColumn(),
-            console=Console(stderr=True), transient=True,
-        )  # fmt: skip
-        self.bar.start()
-        task = self.bar.add_task("", total=None)
-        return lambda words, done, of: self.bar.update(task, description=words, completed=done, total=of)
-
-    def __exit__(self, *error: object) -> None:
-        if self.wanted:
-            self.bar.stop()
+    columns = BarColumn(20), MofNCompleteColumn(), TextColumn("{task.description}"), TimeRemainingColumn()
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda words, done, of: bar.update(task, description=words, completed=done, total=of)

@@ -1,37 +1,62 @@
-"""`jink reproduce`: check what was asked, measure, print tables, write JSON and a page; nothing is written on an error."""
+"""`jink reproduce`: check the request, measure, print tables, write JSON and a page; an error writes nothing."""
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from ..io.errors import InputError
 from .exit_status import exit_status
+from .request import FLAG, JsonFile, Quiet, Seed, check_seed, completed_from, json_text, output_path, progress_line
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ReproduceRequest:
-    """What the command line asked for, as it came."""
+    """Measure the figures of a paper again and print them beside the published ones.
 
-    paper: str
-    runs: int | None = None
-    seed: int = 0
-    json: str | None = None
-    report: str | None = None
-    quick: bool = False
-    retrain: bool = False
-    quiet: bool = False
+    Every figure has its standard error. Baselines that the paper left out are measured too.
+    """
+
+    paper: Annotated[
+        str,
+        typer.Argument(
+            metavar="PAPER",
+            show_default=False,
+            help="One of {papers}; or all.",
+            autocompletion=completed_from("papers", also=("all",)),
+        ),
+    ]
+    runs: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Number of Monte Carlo runs. Default: jink's own number for the paper."),
+    ] = None
+    seed: Seed = 0
+    json: JsonFile = None
+    report: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write one HTML page with the paper's figures redrawn.")
+    ] = None
+    quick: Annotated[bool, typer.Option("--quick", help="Use about a tenth of the runs.", **FLAG)] = False
+    retrain: Annotated[
+        bool,
+        typer.Option(
+            "--retrain",
+            help="Train the learned filters again. This takes a while; --quick makes it shorter.",
+            **FLAG,
+        ),
+    ] = False
+    quiet: Quiet = False
 
 
 def run_reproduce(request: ReproduceRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable request, 130 interrupted.
 
-    Interrupted with some runs finished, these are reported and marked partial.
+    After an interrupt the runs that are finished are reported and marked partial.
     """
     return exit_status(lambda: _run(request), interrupted="interrupted before any run was finished")
 
@@ -44,23 +69,16 @@ def _run(request: ReproduceRequest) -> int:
     if request.paper not in (*PAPERS, "all"):
         raise InputError(unknown("paper", request.paper, [*PAPERS, "all"]))
     if request.runs is not None and request.runs < 2:
-        raise InputError(f"--runs is {request.runs}; expected at least 2, one has no standard error")
-    if request.seed < 0:
-        raise InputError(f"--seed is {request.seed}; expected a whole number from 0")
-    files = [
-        _output(option, value) for option, value in (("--json", request.json), ("--report", request.report))
-    ]
+        raise InputError(f"--runs is {request.runs}; expected at least 2, since one run has no standard error")
+    check_seed(request.seed)
+    output = output_path("--json", request.json, stdout=True)
+    report = output_path("--report", request.report)
     outcomes = []
     models = retrained(request.quick) if request.retrain else shipped
     for name in PAPERS if request.paper == "all" else [request.paper]:
         with _progress(request, name) as progress:
             outcome = run(
-                PAPERS[name],
-                request.runs,
-                request.seed,
-                quick=request.quick,
-                models=models,
-                progress=progress,
+                PAPERS[name], request.runs, request.seed, quick=request.quick, models=models, progress=progress
             )
         outcomes.append(outcome)
         if not request.quiet and request.json != "-":
@@ -70,29 +88,23 @@ def _run(request: ReproduceRequest) -> int:
         if outcome.partial:
             break
     bodies = [outcome.as_dict() for outcome in outcomes]
-    if files[0] is not None:
-        _write({"papers": bodies} if request.paper == "all" else bodies[0], files[0])
-    if files[1] is not None:
+    if output is not None:
+        _write({"papers": bodies} if request.paper == "all" else bodies[0], output)
+    if report is not None:
         from ..report.reproduce_page import write
 
-        write(outcomes, files[1])
+        write(outcomes, report)
     return 130 if outcomes[-1].partial else 0
 
 
-def _output(option: str, value: str | None) -> Path | None:
-    """Where a file goes, checked before the work; Path("-") is standard output."""
-    if value is None:
-        return None
-    path = Path(value)
-    if value == "-" and option == "--json":
-        return path
-    if path.is_dir() or not path.parent.is_dir():
-        raise InputError(f"{option} {path}: expected a file in a folder that exists")
-    return path
+@contextmanager
+def _progress(request: ReproduceRequest, paper: str) -> Iterator[Callable[[str, int, int], None] | None]:
+    with progress_line(not request.quiet) as say:
+        yield say and (lambda part, done, of: say(f"{paper}, {part}: {done:,} of {of:,} runs"))
 
 
 def _write(body: dict[str, Any], path: Path) -> None:
-    text = json.dumps(body, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json_text(body)
     if str(path) == "-":
         sys.stdout.write(text)
         return
@@ -100,17 +112,3 @@ def _write(body: dict[str, Any], path: Path) -> None:
 
     with atomically(path) as (temporary,):
         temporary.write_text(text, encoding="utf-8")
-
-
-@contextmanager
-def _progress(request: ReproduceRequest, paper: str) -> Iterator[Callable[[str, int, int], None] | None]:
-    if request.quiet or not sys.stderr.isatty():
-        yield None
-        return
-
-    def say(experiment: str, done: int, asked: int) -> None:
-        sys.stderr.write(f"\r\033[K{paper}, {experiment}: {done:,} of {asked:,} runs")
-        sys.stderr.flush()
-
-    yield say
-    sys.stderr.write("\r\033[K")

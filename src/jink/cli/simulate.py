@@ -1,89 +1,95 @@
-"""`jink simulate`: check what was asked, simulate in pieces, write one table or nothing."""
+"""`jink simulate`: check the request, simulate in pieces, write one table or nothing."""
 
 from __future__ import annotations
 
-import json
 import sys
 import tempfile
 import time as clock
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from ..io.errors import InputError
-from ..scenarios.observation import Seeing, in_words
 from .exit_status import exit_status
+from .request import (
+    FLAG,
+    RecordedKind,
+    Runs,
+    Seed,
+    SensorOptions,
+    check_at_least,
+    check_kind,
+    check_seed,
+    completed_from,
+    json_text,
+)
 
 
-@dataclass(frozen=True)
-class SimulateRequest:
-    """What the command line asked for, as it came."""
+@dataclass(frozen=True, kw_only=True)
+class SimulateRequest(SensorOptions):
+    """Simulate a scenario and write measurements and truth as one table.
 
-    name: str
-    runs: int
-    seed: int
-    output: str
-    seeing: Seeing
-    kind: str
-    json: bool
-    quiet: bool
+    Both jink track and jink compare can read the table.
+    """
+
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            show_default=False,
+            help="A scenario, such as lee-2003, benchmark-1, random-turns or terminal-area (a wrong name lists all). "
+            "Or a file of recorded positions: its smoothed tracks become the truth.",
+            autocompletion=completed_from("scenarios"),
+        ),
+    ]
+    output: Annotated[
+        str,
+        typer.Option("--output", "-o", metavar="FILE", help="Where the table goes: .parquet, .csv, .jsonl or .arrow."),
+    ]
+    runs: Runs = 100
+    seed: Seed = 0
+    kind: RecordedKind = "aircraft"
+    json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.", **FLAG)] = False
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary.", **FLAG)] = False
 
 
 def run_simulate(request: SimulateRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable input or request."""
-    return exit_status(
-        lambda: _run(request), memory="not enough memory; simulate fewer runs", as_json=request.json
-    )
+    return exit_status(lambda: _run(request), memory="not enough memory; simulate fewer runs", as_json=request.json)
 
 
 def _run(request: SimulateRequest) -> int:
     from ..io.writing import check_writable, format_of
 
     began = clock.perf_counter()
-    if request.runs < 1:
-        raise InputError(f"--runs is {request.runs}; expected at least 1")
-    if request.seed < 0:
-        raise InputError(f"--seed is {request.seed}; expected a whole number from 0")
+    check_at_least(1, runs=request.runs)
+    check_seed(request.seed)
+    check_kind(request.kind)
     output = Path(request.output)
-    kind = format_of(output)
-    if kind == "geojson":
-        raise InputError(
-            f"the output {output} cannot be GeoJSON: scenarios are on no map; write to .parquet or .csv"
-        )
+    file_format = format_of(output)
+    if file_format == "geojson":
+        raise InputError(f"the output {output} cannot be GeoJSON: scenarios are on no map; write to .parquet or .csv")
     check_writable(output)
     if output.exists() and Path(request.name).exists() and output.samefile(request.name):
         raise InputError(f"{output} is an input; the output needs another name")
-    scenario = choose(request.name, request.kind, request.seeing)
-    rows = _write(scenario, request, output, kind)
+    scenario = request.scenario_called(request.name, request.kind)
+    rows = _write(scenario, request, output, file_format)
     _say(request, scenario, rows, clock.perf_counter() - began)
     return 0
 
 
-def choose(name: str, kind: str, seeing: Seeing) -> Any:
-    """The scenario by name, or from a file of recorded tracks, seen as asked. Errors: ValueError."""
-    from ..scenarios import by_name
-
-    path = Path(name)
-    if path.suffix and path.is_file():
-        from ..scenarios.recorded import recorded
-
-        return seeing.of(recorded(path, kind=kind))
-    if "/" in name or path.suffix in (".parquet", ".csv", ".json", ".jsonl", ".arrow"):
-        raise InputError(f"there is no file {name}")
-    return seeing.of(by_name(name))
-
-
-def _write(scenario: Any, request: SimulateRequest, output: Path, kind: str) -> int:
-    """Pieces go to files beside the output and are joined in a stream: bounded memory. Returns rows."""
+def _write(scenario: Any, request: SimulateRequest, output: Path, file_format: str) -> int:
+    """Write pieces to files beside the output and join them in a stream, so memory is bounded. Returns rows."""
     import polars as pl
 
     from ..io.writing import atomically, compress, write_tracks
     from ..scenarios.table import simulation_table
 
-    tables: Iterator[pl.DataFrame] = (
-        simulation_table(piece) for piece in scenario.chunks(request.runs, request.seed)
-    )
+    pieces = scenario.chunks(request.runs, request.seed)
+    tables: Iterator[pl.DataFrame] = (simulation_table(piece) for piece in pieces)
     with (
         atomically(output) as (temporary,),
         tempfile.TemporaryDirectory(dir=output.parent, prefix=".jink.") as folder,
@@ -97,27 +103,29 @@ def _write(scenario: Any, request: SimulateRequest, output: Path, kind: str) -> 
             rows += table.height
             table.write_parquet(Path(folder, f"{parts:06d}.parquet"))
         if parts == 0:
-            write_tracks(first, temporary, kind)
+            write_tracks(first, temporary, file_format)
         else:
             del first
-            _join(pl.scan_parquet(sorted(Path(folder).iterdir())), temporary, kind)
+            _join(pl.scan_parquet(sorted(Path(folder).iterdir())), temporary, file_format)
         if output.suffix == ".gz":
             compress(temporary)
     return rows
 
 
-def _join(table: Any, path: Path, kind: str) -> None:
-    if kind == "parquet":
+def _join(table: Any, path: Path, file_format: str) -> None:
+    if file_format == "parquet":
         table.sink_parquet(path, compression="zstd", compression_level=1)
-    elif kind == "arrow":
+    elif file_format == "arrow":
         table.sink_ipc(path)
-    elif kind == "csv":
+    elif file_format == "csv":
         table.sink_csv(path)
     else:
         table.sink_ndjson(path)
 
 
 def _say(request: SimulateRequest, scenario: Any, rows: int, seconds: float) -> None:
+    from ..scenarios.observation import in_words
+
     done = {
         "scenario": scenario.name,
         "summary": scenario.summary,
@@ -129,7 +137,7 @@ def _say(request: SimulateRequest, scenario: Any, rows: int, seconds: float) -> 
         "seconds": seconds,
     }
     if request.json:
-        sys.stdout.write(json.dumps(done, indent=2, ensure_ascii=False) + "\n")
+        sys.stdout.write(json_text(done, allow_nan=True))
     elif not request.quiet:
         sys.stdout.write(
             f"{scenario.name}: {scenario.summary}\n"

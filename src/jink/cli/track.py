@@ -1,4 +1,4 @@
-"""`jink track`: check what was asked, run it with a progress bar, write all or nothing, say what was done."""
+"""`jink track`: check the request, track files with a progress bar or lines as they come, say what was done."""
 
 from __future__ import annotations
 
@@ -9,69 +9,185 @@ import time as clock
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from ..io.errors import InputError
 from .exit_status import exit_status
+from .request import FLAG, check_kind, completed_from, parse_columns
+
+OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
 
 
-@dataclass(frozen=True)
-class Request:
-    """What the command line asked for, as it came."""
+class AltitudeUnit(StrEnum):
+    """Unit of an altitude whose column name does not say."""
 
-    inputs: list[str]
-    output: str | None
-    report: str | None
-    smooth: bool
-    kind: str
-    filter: str | None
-    sensor_sd: str | None
-    site: str | None
-    columns: list[str]
-    altitude_unit: str | None
-    time_unit: str | None
-    gap: float | None
-    min_points: int
-    sort: bool
-    drop_duplicates: bool
-    drop_stale: bool
-    check_coordinates: bool
-    threads: int | None
-    json: bool
-    quiet: bool
+    ft = "ft"
+    m = "m"
 
 
-def run_command(request: Request) -> int:
+class TimeUnit(StrEnum):
+    """Unit of numeric times whose column name does not say."""
+
+    s = "s"
+    ms = "ms"
+    us = "us"
+    ns = "ns"
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackRequest:
+    """Turn position reports into tracks: clean them, estimate their noise, filter or smooth them.
+
+    Rows that are in no track go to *.rejected.parquet beside the output, with file, row and reason.
+    """
+
+    inputs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="INPUT",
+            show_default=False,
+            help="Files or quoted patterns: CSV, Parquet, Arrow, Feather, JSON or JSON Lines, also as .gz or .zst. "
+            "With '-', jink reads JSON Lines from standard input and writes each estimate at once.",
+        ),
+    ]
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            rich_help_panel=OUTPUT,
+            help="Write the tracks: .parquet, .csv, .jsonl, .geojson or .arrow.",
+        ),
+    ] = None
+    report: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", rich_help_panel=OUTPUT, help="Write one HTML page that shows the tracks."),
+    ] = None
+    json: Annotated[bool, typer.Option("--json", rich_help_panel=OUTPUT, help="Print the summary as JSON.", **FLAG)] = (
+        False
+    )
+    quiet: Annotated[
+        bool,
+        typer.Option("--quiet", "-q", rich_help_panel=OUTPUT, help="Print no progress and no summary.", **FLAG),
+    ] = False
+    smooth: Annotated[
+        bool,
+        typer.Option(
+            "--smooth", "-s", help="Use the whole track for every estimate, not only what came before it.", **FLAG
+        ),
+    ] = False
+    kind: Annotated[
+        str,
+        typer.Option(
+            metavar="KIND",
+            help="What the targets are: {kinds}. It decides the default filter and the default gap.",
+            autocompletion=completed_from("kinds"),
+        ),
+    ] = "aircraft"
+    filter: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="A filter's name (a wrong one lists all) or a file written by save(). Default: imm.",
+            autocompletion=completed_from("filters"),
+        ),
+    ] = None
+    sensor_sd: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SD",
+            help="Noise of the measurements: 25 (metres), position=25,altitude=10 or range=50,azimuth_deg=0.1. "
+            "Default: from columns of ADS-B accuracy, or else estimated from the data.",
+        ),
+    ] = None
+    threads: Annotated[int | None, typer.Option(metavar="N", help="Number of threads. Default: all cores.")] = None
+    columns: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MAP",
+            rich_help_panel=INPUT,
+            help="Name the columns yourself: target=hex,altitude_ft=alt,time_ms=t.",
+        ),
+    ] = None
+    altitude_unit: Annotated[
+        AltitudeUnit | None,
+        typer.Option(
+            metavar="ft|m", rich_help_panel=INPUT, help="Unit of altitudes, if the column's name does not say it."
+        ),
+    ] = None
+    time_unit: Annotated[
+        TimeUnit | None,
+        typer.Option(
+            metavar="UNIT",
+            rich_help_panel=INPUT,
+            help="Unit of numeric times: s, ms, us or ns. Default: by the column's name or the size of the numbers.",
+        ),
+    ] = None
+    site: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAT,LON",
+            rich_help_panel=INPUT,
+            help="Where the radar stands, also as LAT,LON,ALTITUDE. It puts x and y on the map.",
+        ),
+    ] = None
+    gap: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            rich_help_panel=CLEANING,
+            help="Begin a new part after this time without a position; 0: never. Default: depends on the kind.",
+        ),
+    ] = None
+    min_points: Annotated[
+        int,
+        typer.Option(
+            metavar="N", rich_help_panel=CLEANING, help="Reject parts with fewer positions than this; 1 keeps all."
+        ),
+    ] = 4
+    no_sort: Annotated[
+        bool,
+        typer.Option(
+            "--no-sort", rich_help_panel=CLEANING, help="Reject rows that are out of order; do not sort them.", **FLAG
+        ),
+    ] = False
+    keep_duplicates: Annotated[
+        bool,
+        typer.Option("--keep-duplicates", rich_help_panel=CLEANING, help="Keep rows whose time occurs twice.", **FLAG),
+    ] = False
+    keep_stale: Annotated[
+        bool,
+        typer.Option(
+            "--keep-stale",
+            rich_help_panel=CLEANING,
+            help="Believe a position that repeats although the target moves.",
+            **FLAG,
+        ),
+    ] = False
+    no_check: Annotated[
+        bool,
+        typer.Option("--no-check", rich_help_panel=CLEANING, help="Believe impossible coordinates.", **FLAG),
+    ] = False
+
+
+def run_track(request: TrackRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable input or request."""
+    work = _run_live if "-" in request.inputs else _run_files
     return exit_status(
-        lambda: _run(request), mistakes=InputError, memory="not enough memory; track fewer files at once", as_json=request.json
-    )  # fmt: skip
-
-
-def _run(request: Request) -> int:
-    if "-" in request.inputs:
-        from .live import run_live
-
-        return run_live(request)
-    return _run_files(request)
-
-
-def parse_columns(given: list[str]) -> dict[str, str]:
-    """`target=hex,time_ms=t` (also repeated) to role and column name."""
-    pairs: dict[str, str] = {}
-    for item in ",".join(given).split(",") if given else []:
-        role, equals, name = item.partition("=")
-        if not equals or not role.strip() or not name.strip():
-            raise InputError(
-                f"--columns: {item!r} is not ROLE=COLUMN, for example target=hex,altitude_ft=alt"
-            )
-        pairs[role.strip()] = name.strip()
-    return pairs
+        lambda: work(request),
+        mistakes=InputError,
+        memory="not enough memory; track fewer files at once",
+        as_json=request.json,
+    )
 
 
 def parse_site(given: str | None) -> tuple[float, ...] | None:
-    """`48.1,11.6,520` to latitude, longitude (degrees) and altitude (m, 0 if left out)."""
+    """`48.1,11.6,520` to latitude, longitude (degrees) and altitude (m, 0 if left out). Errors: InputError."""
     if given is None:
         return None
     try:
@@ -83,7 +199,7 @@ def parse_site(given: str | None) -> tuple[float, ...] | None:
     return values
 
 
-def settings_of(request: Request) -> tuple[Any, Any]:
+def settings_of(request: TrackRequest) -> tuple[Any, Any]:
     """What reading and tracking need to know."""
     from ..catalogue.choose import load_filter
     from ..io.geodesy import SiteFrame
@@ -91,6 +207,7 @@ def settings_of(request: Request) -> tuple[Any, Any]:
     from ..tracking.batch import Settings
     from ..tracking.noise_level import parse_sensor_sd
 
+    check_kind(request.kind)
     site = parse_site(request.site)
     settings = Settings(
         filter=load_filter(request.filter),
@@ -100,18 +217,35 @@ def settings_of(request: Request) -> tuple[Any, Any]:
         site=SiteFrame(*site) if site else None,
         gap=request.gap,
         min_points=request.min_points,
-        sort=request.sort,
-        drop_duplicates=request.drop_duplicates,
-        drop_stale=request.drop_stale,
+        sort=not request.no_sort,
+        drop_duplicates=not request.keep_duplicates,
+        drop_stale=not request.keep_stale,
         threads=request.threads,
     )
-    reading = Reading(
-        parse_columns(request.columns), request.altitude_unit, request.time_unit, request.check_coordinates
-    )
-    return reading, settings
+    columns = parse_columns(request.columns)
+    return Reading(columns, request.altitude_unit, request.time_unit, not request.no_check), settings
 
 
-def _run_files(request: Request) -> int:
+def _run_live(request: TrackRequest) -> int:
+    """Standard input to standard output, line by line."""
+    from ..tracking.live import LiveTracks
+    from ..tracking.stream import answer
+
+    if len(request.inputs) > 1:
+        raise InputError("'-' stands alone: standard input cannot be tracked together with files")
+    for given, option in (
+        (request.smooth, "--smooth"),
+        (request.report, "--report"),
+        (request.output, "--output"),
+        (request.json, "--json"),
+    ):
+        if given:
+            raise InputError(f"{option} needs the whole track; 'jink track -' writes JSON Lines to standard output")
+    answer(sys.stdin.fileno(), LiveTracks(*settings_of(request)), quiet=request.quiet)
+    return 0
+
+
+def _run_files(request: TrackRequest) -> int:
     from ..io.files import expand
     from ..io.writing import check_writable, format_of
 
@@ -184,7 +318,7 @@ def rejected_path(beside: Path) -> Path:
 
 
 @contextmanager
-def _progress(request: Request) -> Iterator[Any]:
+def _progress(request: TrackRequest) -> Iterator[Any]:
     """A bar on standard error, if that is a terminal and nobody wants silence."""
     if request.quiet or request.json or not sys.stderr.isatty():
         yield lambda stage, done, total: None

@@ -1,4 +1,4 @@
-"""A fit as tables for people: parameters with intervals, the race on held-out data, verdicts and warnings."""
+"""A fit as tables: parameters with intervals, the race on held-out data, verdicts and warnings."""
 
 from __future__ import annotations
 
@@ -8,51 +8,36 @@ from typing import Any
 from ..fit.result import FITTED, START, Fit
 from ..metrics import Figure
 from .race_table import show as show_race
+from .terminal import print_line, print_table, standard_output
 
-LONG = 42  # letters of a parameter's name that fit beside its figures in 80 columns
+# letters of a parameter's name that fit beside its figures in 80 columns
+LONG = 42
 
 
 def show(fit: Fit) -> None:
-    """Print a fit on standard output, in colour where the terminal has it."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    console = Console(highlight=False)
-    console.print(Text(heading(fit), style="bold"))
-    table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold", pad_edge=False)
-    table.add_column("parameter", overflow="fold")
-    for column in ("before", "after", "95% interval"):
-        table.add_column(column, justify="right", no_wrap=True)
-    for row in fit.table():
-        table.add_row(
-            broken(row["parameter"]),
-            number(row["before"]),
-            number(row["after"]),
-            interval(row["low"], row["high"]),
-        )
-    console.print(table)
+    """Print a fit on standard output, in colour if the terminal has it."""
+    console = standard_output()
+    print_line(console, heading(fit), "bold")
+    rows = [
+        [broken(row["parameter"]), number(row["before"]), number(row["after"]), interval(row["low"], row["high"])]
+        for row in fit.table()
+    ]
+    print_table(console, ["parameter", "before", "after", "95% interval"], rows)
     console.print()
     show_race(fit.race)
     console.print()
     if parts := part_rows(fit):
-        table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold", pad_edge=False)
-        table.add_column("NIS inside its 95% band")
-        for column in ("rows", "before", "fitted"):
-            table.add_column(column, justify="right", no_wrap=True)
-        for row in parts:
-            table.add_row(*row)
-        console.print(table)
+        print_table(console, ["NIS inside its 95% band", "rows", "before", "fitted"], parts, space=2)
         console.print()
-    console.print(Text(verdict(fit), style="bold"))
+    print_line(console, verdict(fit), "bold")
     for line in fit.verdicts():
-        console.print(Text(f"  {line}"))
+        print_line(console, f"  {line}")
     for line in fit.warnings:
-        console.print(Text(f"warning: {line}", style="yellow"))
+        print_line(console, f"warning: {line}", "yellow")
 
 
 def heading(fit: Fit) -> str:
-    """What was fitted on what, and how far the figure came."""
+    """What was fitted on which data, and the objective before and after."""
     kind = f" for {fit.record['kind']}" if fit.name == "imm" else ""
     return (
         f"{fit.name}{kind}, fitted on {fit.training}\n{fit.objective} {fit.before:.4f} → {fit.after:.4f} "
@@ -61,7 +46,7 @@ def heading(fit: Fit) -> str:
 
 
 def part_rows(fit: Fit) -> list[list[str]]:
-    """For each part of held-out tracks: its name, rows, and the share of NIS inside the band before and after."""
+    """For each part of the held-out tracks: name, rows, and the share of NIS inside the band before and after."""
     before, after = ({s.part: s for s in fit.parts.get(name, ())} for name in (START, FITTED))
     return [
         [
@@ -85,7 +70,7 @@ def verdict(fit: Fit) -> str:
 
 
 def broken(name: str) -> str:
-    """A long name on two lines, parted at its last dot."""
+    """A long name on two lines, split at its last dot."""
     first, dot, last = name.rpartition(".")
     return f"{first}\n  {dot}{last}" if len(name) > LONG and dot else name
 

@@ -1,45 +1,43 @@
-"""What was learned, as tables and sentences for people."""
+"""What was learned, as tables and sentences."""
 
 from __future__ import annotations
 
 from ..filters.aided import Aided
 from ..learn.learning import BASE, NAMED, Learned
 from .race_table import show as show_race
+from .terminal import print_line, standard_output
 
-FEW = 15  # lines of rules that a terminal shows
+# lines of rules that a terminal shows
+FEW = 15
 
 
 def show(learned: Learned) -> None:
-    """Print it on standard output, in colour where the terminal has it."""
-    from rich.console import Console
-    from rich.text import Text
-
-    console = Console(highlight=False)
-    console.print(Text(heading(learned), style="bold"))
+    """Print it on standard output, in colour if the terminal has it."""
+    console = standard_output()
+    print_line(console, heading(learned), "bold")
     lines = rules(learned)
     for line in lines if len(lines) <= FEW else (each for each in lines if each.startswith("mode")):
-        console.print(Text(f"  {line}"))
+        print_line(console, f"  {line}")
     if len(lines) > FEW:
-        console.print(Text("  all of them in words: --report", style="dim"))
+        print_line(console, "  --report shows all of them in words", "dim")
     console.print()
     show_race(learned.race)
     console.print()
-    console.print(Text(learned.verdict(), style="bold"))
-    for name, said in learned.verdicts().items():
-        if name not in (BASE, NAMED):  # of the others the race has spoken
-            continue
-        console.print(Text(f"  against {name}: {said}"))
+    print_line(console, learned.verdict(), "bold")
+    # the race above has said it of the others
+    for name in (name for name in learned.verdicts() if name in (BASE, NAMED)):
+        print_line(console, f"  against {name}: {learned.verdicts()[name]}")
     for line in learned.warnings:
-        console.print(Text(f"warning: {line}", style="yellow"))
+        print_line(console, f"warning: {line}", "yellow")
 
 
 def heading(learned: Learned) -> str:
-    """What was learned on what."""
+    """Which filter was learned from which data."""
     return f"{learned.name}, learned on {learned.training}, in {learned.seconds:.1f} s"
 
 
 def rules(learned: Learned) -> list[str]:
-    """The fuzzy rules of each mode as sentences; nothing where there are none."""
+    """The fuzzy rules of each mode as sentences; empty if there are none."""
     lines = []
     inner = learned.filter.filter_ if isinstance(learned.filter, Aided) else learned.filter
     for k, motion in enumerate(inner.motions, start=1):

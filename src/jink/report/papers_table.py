@@ -1,4 +1,4 @@
-"""Published beside measured, as tables for people."""
+"""Published and measured figures side by side, as tables."""
 
 from __future__ import annotations
 
@@ -9,41 +9,39 @@ from typing import Any
 from ..compare.result import Race
 from ..papers.paper import BASELINES, Experiment, Metric, Row, median
 from ..papers.run import Outcome
+from .terminal import print_line, print_table, standard_output
 
-BESIDE = (*BASELINES, "clairvoyant", "imm-cv-ca")  # of the race, not of the paper
+# filters that jink adds to the paper's own
+BESIDE = (*BASELINES, "clairvoyant", "imm-cv-ca")
 
 
 def show(outcome: Outcome, console: Any = None) -> None:
     """Print every table, then what the paper leaves open; on standard output, unless a rich console is given."""
-    from rich.console import Console
-    from rich.text import Text
-
-    console = console or Console(highlight=False)
+    console = console or standard_output()
     paper = outcome.paper
-    console.print(Text(f"{paper.name}: {paper.source}", style="bold"))
-    console.print(
-        f"{outcome.runs:,} runs, seed {outcome.seed}; measured ± standard error; dim: baselines that the paper leaves out"
-    )
+    print_line(console, f"{paper.name}: {paper.source}", "bold")
+    what = "measured ± standard error; dim: baselines that the paper leaves out"
+    print_line(console, f"{outcome.runs:,} runs, seed {outcome.seed}; {what}")
     for sheet in sheets(outcome):
-        console.print(Text(f"\n{sheet.title}", style="bold"))
-        console.print(_table(sheet))
+        print_line(console, f"\n{sheet.title}", "bold")
+        _print_sheet(console, sheet)
         for line in sheet.notes:
-            console.print(Text(line, style="dim"))
+            print_line(console, line, "dim")
     for title, said in (
         ("What the paper leaves open, and the reading taken", paper.readings),
-        ("To be said of it", paper.remarks),
+        ("Remarks", paper.remarks),
     ):
         if said:
-            console.print(Text(f"\n{title}", style="bold"))
+            print_line(console, f"\n{title}", "bold")
             for line in said:
-                console.print(Text(f"• {line}"))
+                print_line(console, f"• {line}")
     if outcome.partial:
-        console.print(Text("PARTIAL: interrupted before all runs were done", style="bold red"))
+        print_line(console, "PARTIAL: interrupted before all runs were done", "bold red")
 
 
 @dataclass(frozen=True)
 class Line:
-    """A filter's figures by metric; beside: it is one of the race's own, not of the paper."""
+    """A filter's figures by metric; beside: jink added it to the paper's own."""
 
     label: str
     beside: bool
@@ -53,7 +51,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Sheet:
-    """One table: metrics, each with whether the paper gives a figure for any filter; lines; footnotes."""
+    """One table: metrics, each with whether the paper has a figure of any filter; lines; footnotes."""
 
     title: str
     columns: list[tuple[Metric, bool]]
@@ -131,19 +129,19 @@ def footnotes(race: Race, names: list[str]) -> list[str]:
     return said + [f"without {name}{seeds[count]}: {why}" for (name, why), count in missing.items()]
 
 
-def _table(sheet: Sheet) -> Any:
-    from rich.table import Table
-
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold", pad_edge=False)
-    table.add_column("filter", no_wrap=True)
+def _print_sheet(console: Any, sheet: Sheet) -> None:
+    """A published figure stays beside the measured one, however narrow the terminal is."""
+    head, together = ["filter"], []
     for metric, known in sheet.columns:
-        if known:
-            table.add_column("published", justify="right", no_wrap=True)
-        table.add_column(metric.words, justify="right", no_wrap=True)
+        names = ["published", metric.words] if known else [metric.words]
+        together.append(list(range(len(head), len(head) + len(names))))
+        head += names
+    rows = []
     for line in sheet.lines:
-        cells = []
+        cells = [line.label]
         for metric, known in sheet.columns:
             row = line.rows.get(metric.name)
             cells += [published(row), measured(row)] if known else [measured(row)]
-        table.add_row(line.label, *cells, style="dim" if line.beside else "")
-    return table
+        rows.append(cells)
+    styles = ["dim" if line.beside else "" for line in sheet.lines]
+    print_table(console, head, rows, styles, space=2, together=together)

@@ -1,4 +1,4 @@
-"""The race as tables for people: figures ± standard errors, and what the intervals allow to be said."""
+"""The race as tables: figures ± standard errors, and the verdicts that the intervals allow."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 from ..compare.result import AGAINST, Race
 from ..metrics import Figure
+from .terminal import print_line, print_table, standard_output
 
 COLUMNS = {
     "position_rmse": "position m",
@@ -37,7 +38,8 @@ AROUND = {
     "log_score": "ln p(truth)",
     "prediction_score": "ln p(next z)",
 }
-WIDE = 150  # columns of a terminal that shows everything
+# columns of a terminal that shows all figures; a file shows them too
+WIDE = 150
 SHARES = ("nees_inside", "nis_inside", "lost", "gated", "noticed", "false_alarms")
 ONLY_WIDE = (
     "position_median",
@@ -49,12 +51,8 @@ ONLY_WIDE = (
 
 
 def show(race: Race) -> None:
-    """Print the race on standard output, in colour where the terminal has it."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    console = Console(highlight=False)
+    """Print the race on standard output, in colour if the terminal has it."""
+    console = standard_output()
     figures = {name: race.figures(name) for name in race.tallies}
     columns = [c for c in COLUMNS if any(c in found for found in figures.values())]
     if race.unit != "runs":
@@ -62,38 +60,26 @@ def show(race: Race) -> None:
     elif console.width < WIDE:
         extra = ("acceleration_rmse",) if "position_efficiency" in columns else ()
         columns = [c for c in columns if c not in (*ONLY_WIDE, *extra)]
-    table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold", pad_edge=False)
-    table.add_column("filter", no_wrap=True)
-    for column in columns:
-        table.add_column(COLUMNS[column], justify="right", no_wrap=True)
-    for name in ordered(race):
-        known = "dim" if name in ("raw", "clairvoyant", "near-optimal") else ""
-        style = "red" if race.worse_than_raw(name) else known
-        table.add_row(label(race, name), *(written(c, figures[name].get(c)) for c in columns), style=style)
+    rows = [[label(race, name), *(written(c, figures[name].get(c)) for c in columns)] for name in ordered(race)]
+    styles = [_style(race, name) for name in ordered(race)]
     if race.bound:
-        table.add_row(
-            "PCRB", *(f"{race.bound[c]:.4g}" if c in race.bound else "" for c in columns), style="dim"
-        )
-    console.print(Text(heading(race), style="bold"))
-    console.print(table)
+        rows.append(["PCRB", *(f"{race.bound[c]:.4g}" if c in race.bound else "" for c in columns)])
+        styles.append("dim")
+    print_line(console, heading(race), "bold")
+    print_table(console, ["filter", *(COLUMNS[column] for column in columns)], rows, styles)
     if race.unit == "runs" and console.width >= WIDE:
-        console.print(_around(race, figures))
+        columns = [c for c in AROUND if any(c in found for found in figures.values())]
+        rows = [[label(race, name), *(written(c, figures[name].get(c)) for c in columns)] for name in ordered(race)]
+        print_table(console, ["manoeuvres, scores", *(AROUND[column].strip() for column in columns)], rows)
     for line in remarks(race):
-        console.print(Text(line))
+        print_line(console, line)
 
 
-def _around(race: Race, figures: dict[str, dict[str, Figure]]) -> Any:
-    """The second table: what manoeuvres do, how they are noticed, scores."""
-    from rich.table import Table
-
-    columns = [c for c in AROUND if any(c in found for found in figures.values())]
-    table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold", pad_edge=False)
-    table.add_column("manoeuvres, scores", no_wrap=True)
-    for column in columns:
-        table.add_column(AROUND[column].strip(), justify="right", no_wrap=True)
-    for name in ordered(race):
-        table.add_row(label(race, name), *(written(c, figures[name].get(c)) for c in columns))
-    return table
+def _style(race: Race, name: str) -> str:
+    """Red for a filter that is worse than raw measurements, dim for what is there to compare with."""
+    if race.worse_than_raw(name):
+        return "red"
+    return "dim" if name in ("raw", "clairvoyant", "near-optimal") else ""
 
 
 def heading(race: Race) -> str:
@@ -101,15 +87,11 @@ def heading(race: Race) -> str:
     text = f"{race.scenario}: {race.words}; {race.runs:,} {race.unit}, seed {race.seed}"
     if race.seen:
         text += f"\nseen by {race.seen}"
-    return (
-        f"{text}\nPARTIAL: interrupted after {race.runs:,} of {race.asked:,} {race.unit}"
-        if race.partial
-        else text
-    )
+    return f"{text}\nPARTIAL: interrupted after {race.runs:,} of {race.asked:,} {race.unit}" if race.partial else text
 
 
 def ordered(race: Race) -> list[str]:
-    """Filters scored on the runs they were fitted on come last; the others as they were asked for."""
+    """Names in the order they were asked for; those that were fitted on these very runs come last."""
     return sorted(race.tallies, key=lambda name: race.entrants[name].in_sample)
 
 
@@ -140,7 +122,7 @@ def written(metric: str, figure: Figure | None) -> str:
 
 
 def remarks(race: Race) -> list[str]:
-    """Footnotes: verdicts, what was fitted on what, who is missing."""
+    """Footnotes: verdicts, which data filters were fitted on, which filters are missing and why."""
     lines = ["value ± standard error; in: share inside the 95% χ² band (95% when consistent)"]
     if race.bound:
         lines.append("PCRB: posterior Cramér–Rao bound for filters that know the manoeuvres")
@@ -155,9 +137,7 @@ def remarks(race: Race) -> list[str]:
         source = "this scenario (other runs of it)" if race.unit == "runs" else "other rows of this file"
         lines.append(f"* fitted on {source}: {', '.join(here)}")
     if seen:
-        lines.append(
-            f"** fitted on the seed of this race, so not compared with the others: {', '.join(seen)}"
-        )
+        lines.append(f"** fitted on the seed of this race, so not compared with the others: {', '.join(seen)}")
     worse = [name for name in race.tallies if race.worse_than_raw(name)]
     if worse:
         lines.append(f"! worse than not filtering: {', '.join(worse)}")
@@ -167,7 +147,7 @@ def remarks(race: Race) -> list[str]:
 
 
 def verdicts(race: Race, name: str) -> str:
-    """Better and worse than whom, in the first metric compared; only where the paired 95% interval says so."""
+    """Which filters it is better or worse than in the first metric, by the paired 95% intervals."""
     if name in (*AGAINST, "clairvoyant", "near-optimal") or race.entrants[name].in_sample:
         return ""
     metric = race.compared[0]

@@ -40,7 +40,7 @@ def _paper(outcome: Outcome) -> str:
         f'<p class="lede">{escape(paper.source)}. {outcome.runs:,} runs, seed {outcome.seed}.{partial}</p>'
         f'<div class="sheets">{tables}</div>{figures}'
         f"{_list('What the paper leaves open, and the reading taken', paper.readings)}"
-        f"{_list('To be said of it', paper.remarks)}</section>"
+        f"{_list('Remarks', paper.remarks)}</section>"
     )
 
 

@@ -1,4 +1,4 @@
-"""A search for people: the candidates from best to worst, why the best one, and its fit."""
+"""A search as tables: the candidates from best to worst, why the best one is the best, and its fit."""
 
 from __future__ import annotations
 
@@ -8,40 +8,33 @@ from typing import Any
 from ..fit.result import UNITS, WORDS
 from ..fit.search import Ranked, Search
 from .fit_table import show as show_fit
+from .terminal import print_line, print_table, standard_output
 
 
 def show(search: Search) -> None:
     """Print a search on standard output, then the best candidate's fit."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    console = Console(highlight=False)
+    console = standard_output()
     head, rows = table(search)
-    drawn = Table(box=None, padding=(0, 1, 0, 0), header_style="bold", pad_edge=False)
-    for k, column in enumerate(head):
-        drawn.add_column(column, justify="left" if k in (0, len(head) - 1) else "right", no_wrap=k == 0)
-    for row in rows:
-        drawn.add_row(*row)
-    console.print(Text(heading(search), style="bold"))
-    console.print(drawn)
+    print_line(console, heading(search), "bold")
+    print_table(console, head, rows, left=(0, len(head) - 1))
     for name, why in search.left.items():
-        console.print(Text(f"without {name}: {why}", style="dim"))
+        print_line(console, f"without {name}: {why}", "dim")
     console.print()
     for line in search.explanation:
-        console.print(Text(line))
+        print_line(console, line)
     console.print()
     show_fit(search.fit)
 
 
 def heading(search: Search) -> str:
-    """What was searched for how long."""
+    """How many candidates were fitted on which data, and how long it took."""
     cut = ", some cut short" if search.partial else ""
-    return f"{len(search.ranked)} candidates fitted on {search.fit.training} in {search.seconds:.0f} s{cut}; held-out figures:"
+    what = f"{len(search.ranked)} candidates fitted on {search.fit.training}"
+    return f"{what} in {search.seconds:.0f} s{cut}; held-out figures:"
 
 
 def table(search: Search) -> tuple[list[str], list[list[str]]]:
-    """Columns' heads and rows of text."""
+    """The heads of the columns, and the rows as text."""
     metrics = list(search.ranked[0].figures)
     head = ["filter", "parameters", *(f"{WORDS[m]}{UNITS[m]}" for m in metrics)]
     head += [f"behind the best{UNITS[m]}" for m in metrics] + [""]

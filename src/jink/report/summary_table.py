@@ -1,4 +1,4 @@
-"""The summary for people: one line per question that someone asks after a run."""
+"""The summary of a run: one line for each question that someone asks after it."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from ..tracking.summary import CLEANED
+from .terminal import standard_output
 
 
 def show(summary: dict[str, Any]) -> None:
-    """Print the summary on standard output, in colour where the terminal has it."""
-    from rich.console import Console
+    """Print the summary on standard output, in colour if the terminal has it."""
     from rich.table import Table
     from rich.text import Text
 
@@ -20,11 +20,11 @@ def show(summary: dict[str, Any]) -> None:
     table.add_column(overflow="fold")
     for name, text in lines(summary):
         table.add_row(name, Text(text))
-    Console(highlight=False).print(table)
+    standard_output().print(table)
 
 
 def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Name and text of every line; names that repeat are left empty."""
+    """Name and text of every line; a name that repeats is left empty."""
     rejected = sum(summary["rejected"].values())
     yield "Rows", f"{summary['rows']:,} read, {summary['accepted']:,} in tracks, {rejected:,} rejected"
     yield from _listed("Rejected", [f"{count:,}  {reason}" for reason, count in summary["rejected"].items()])
@@ -66,7 +66,7 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _noise(sources: list[dict[str, Any]]) -> Iterator[str]:
-    """The first few sources; how a figure was come by and its range over the targets are said with it."""
+    """The noise of the first few sources: where each figure comes from, and its range over the targets."""
     for line in sources[:3]:
         pieces = [_figure(line, name) for name in ("position", "altitude", "range", "azimuth", "elevation")]
         if line.get("time_sd"):
@@ -91,7 +91,7 @@ def _figure(line: dict[str, Any], name: str) -> str:
 
 
 def _times(start: Any, end: Any) -> str:
-    """Both ends as a reader would write them: the date once if it is the same."""
+    """Start and end; the date stands once if it is the same."""
     if not isinstance(start, str):
         return f"{start:g} to {end:g} s"
     first, last = (text.replace("T", " ").replace(".000", "").removesuffix("+00:00") for text in (start, end))
