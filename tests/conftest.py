@@ -1,4 +1,7 @@
-"""Test set-up: the oracle package importable from any working directory, and one fixed hypothesis profile."""
+"""Test set-up: the oracle package importable from any working directory, and hypothesis profiles.
+
+`--hypothesis-profile explore --hypothesis-seed 1` draws other examples than the fixed ones of every run.
+"""
 
 from __future__ import annotations
 
@@ -16,4 +19,5 @@ settings.register_profile(
     max_examples=60,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
+settings.register_profile("explore", settings.get_profile("jink"), derandomize=False, database=None)
 settings.load_profile("jink")
