@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from pathlib import Path
 
@@ -21,3 +22,11 @@ settings.register_profile(
 )
 settings.register_profile("explore", settings.get_profile("jink"), derandomize=False, database=None)
 settings.load_profile("jink")
+
+
+def pytest_unconfigure() -> None:
+    """Takes hypothesis' callback from the garbage collector, which would keep all tests past the interpreter's end.
+
+    With them stay the filters among their parameters, and nanobind reports those as leaked.
+    """
+    gc.callbacks[:] = [call for call in gc.callbacks if not call.__module__.startswith("hypothesis")]
