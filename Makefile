@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: fit-demo install test demo bench lint clean toolchain
+.PHONY: fit-demo install test test-aarch64 demo bench lint clean toolchain
 
 install: $(VENV)/.installed
 
@@ -19,6 +19,10 @@ $(VENV)/.installed: pyproject.toml CMakeLists.txt $(wildcard core/*.cpp core/*.h
 
 test: install
 	$(BIN)/python -m pytest
+
+# the engine cross-compiled for 64-bit ARM, its oracle and contract tests under qemu-user; see scripts/test_aarch64.sh
+test-aarch64: install
+	scripts/test_aarch64.sh
 
 demo: install
 	$(BIN)/jink track examples/flights.parquet --smooth -o demo.parquet --report demo.html
