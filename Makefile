@@ -16,7 +16,7 @@ PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
 CORE := $(shell find core -name '*.?pp')
 RUN := $(ENGINE) $(VENV)/.with-track$(comma)report
 
-.PHONY: install demo test lint dev bench fit-demo clean toolchain
+.PHONY: install demo test test-aarch64 lint dev bench fit-demo clean toolchain
 
 install: $(RUN)
 
@@ -25,6 +25,10 @@ demo: $(RUN)
 
 test: $(ENGINE) $(VENV)/.with-test
 	$(BIN)/python -m pytest
+
+# the engine cross-compiled for 64-bit ARM, its oracle and contract tests under qemu-user; see scripts/test_aarch64.sh
+test-aarch64: $(VENV)/.with-test
+	scripts/test_aarch64.sh
 
 dev: $(ENGINE) $(VENV)/.with-dev
 

@@ -132,7 +132,9 @@ def test_ctrl_c_keeps_the_best_so_far_and_resume_ends_the_fit(tmp_path):
     assert process.returncode == 130, errors
     body = json.loads(said)
     assert body["partial"] and any("cut short" in line for line in body["warnings"])
-    assert body["after"] <= body["before"]
+    # stopped before the first better step it is the same filter, whose parameters went through logarithms and back:
+    # each is off by a few 1e-16, and so is the figure
+    assert body["after"] <= body["before"] * (1 + 1e-12)
     assert jink.load(out).modes == ("constant_velocity", "coordinated_turn")
     assert kept.exists()
     done = subprocess.run([*command, "--resume"], capture_output=True, text=True, check=False)

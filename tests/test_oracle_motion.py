@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import mpmath
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from oracle import motion as om
 from scipy.integrate import solve_ivp
-from scipy.linalg import block_diag, expm
+from scipy.linalg import block_diag
 
 STEPS = [1e-3, 0.1, 1.0, 4.7, 60.0]
 
 
 def van_loan(A, L, psd, dt):
-    """F = expm(A T) and Q = int expm(A s) L psd L' expm(A s)' ds from one exponential (van Loan 1978)."""
+    """F = expm(A T) and Q = int expm(A s) L psd L' expm(A s)' ds from one exponential (van Loan 1978).
+
+    In 60 digits: the block holds expm(-A T) beside expm(A' T), and F @ block cancels; in doubles the result
+    depends on the BLAS (Singer at T = 3 tau: 3e-10 off under one).
+    """
     n = len(A)
-    block = expm(np.block([[-A, psd * np.outer(L, L)], [np.zeros((n, n)), A.T]]) * dt)
-    F = block[n:, n:].T
-    return F, F @ block[:n, n:]
+    block = np.block([[-A, psd * np.outer(L, L)], [np.zeros((n, n)), A.T]])
+    with mpmath.workdps(60):
+        exponential = mpmath.expm(mpmath.matrix(block.tolist()) * mpmath.mpf(float(dt)))
+        F = exponential[n:, n:].T
+        Q = F * exponential[:n, n:]
+        return np.array(F.tolist(), float), np.array(Q.tolist(), float)
 
 
 @pytest.mark.parametrize("dt", STEPS)
@@ -33,10 +41,8 @@ def test_continuous_noise_is_van_loan(axes, dt):
     cases.append((om.Singer(axes, sd, tau), A, [0, 0, 1], 2 / tau * sd**2))
     for model, A, L, psds in cases:
         by_axis = [van_loan(A, np.array(L, float), p, dt) for p in psds]
-        assert_allclose(
-            model.F(np.zeros(model.n), dt), block_diag(*[F for F, _ in by_axis]), rtol=1e-10, atol=1e-11
-        )
-        assert_allclose(model.Q(dt), block_diag(*[Q for _, Q in by_axis]), rtol=1e-8)
+        assert_allclose(model.F(np.zeros(model.n), dt), block_diag(*[F for F, _ in by_axis]), rtol=1e-13)
+        assert_allclose(model.Q(dt), block_diag(*[Q for _, Q in by_axis]), rtol=1e-13)
 
 
 def test_singer_limits():

@@ -78,6 +78,15 @@ def test_what_cannot_be_is_not_believed(family):
     assert_positive(est.P, est.status)
 
 
+def test_an_axis_never_measured_is_not_corrected():
+    """Found with other seeds: its acceleration is not determined, and the covariance grew to 1e187 with it."""
+    f = FAMILIES["input-estimation"](Draw([1.0] * 4, 0, False, False), 1.0)
+    t, z = np.arange(12.0), np.full((12, 2), np.nan)
+    z[:, 0] = np.r_[np.zeros(6), 50.0 * np.arange(6) ** 2]
+    z[0, 1] = 0.0
+    assert f.filter(t, z).P.max() < 1e6
+
+
 @ALL
 @FEW
 @given(draws, flights())

@@ -34,7 +34,7 @@ JINK_INLINE void transpose(Pack (&r)[lanes]) {
 #undef JINK_HIGH
 #undef JINK_TURN
 #else
-    Pack turned[lanes];
+    Pack turned[lanes] = {};
     JINK_UNROLL
     for (int i = 0; i < lanes; ++i)
         JINK_UNROLL

@@ -154,15 +154,18 @@ template <class T> class InputEstimation {
         }
     }
 
-    // Y = L D L' with D no smaller than what rounding leaves of it; over = 1 / D.
-    template <int A> JINK_INLINE static void factor(const T *Y, T (&L)[A][A], T *over) {
+    // Y = L D L' with D no smaller than what rounding leaves of it; over = 1 / D. The mask: whether Y determines every axis.
+    template <int A> JINK_INLINE static Mask<T> factor(const T *Y, T (&L)[A][A], T *over) {
         T D[A];
+        Mask<T> determined = splat_mask<T>(true);
         JINK_UNROLL
         for (int j = 0; j < A; ++j) {
             const T whole = larger<T>(Y[packed(j, j)] * (1.0 + 1e-12), splat<T>(1e-200));
             D[j] = whole;
             JINK_UNROLL
             for (int k = 0; k < j; ++k) D[j] = D[j] - L[j][k] * L[j][k] * D[k];
+            // a pivot sums some 30 products (scans by components), each rounded to 1.1e-16 of `whole`: what is below 1e-14 is rounding
+            determined = determined & (D[j] > larger<T>(1e-14 * whole, splat<T>(1e-200)));
             D[j] = larger<T>(D[j], 2.220446049250313e-16 * whole);
             over[j] = reciprocal(D[j]);
             JINK_UNROLL
@@ -173,13 +176,14 @@ template <class T> class InputEstimation {
                 L[i][j] = L[i][j] * over[j];
             }
         }
+        return determined;
     }
 
-    // y' Y^-1 y
+    // y' Y^-1 y; 0 while the innovations do not determine the acceleration of every axis
     template <int A> JINK_INLINE T strength(const T *at) const {
         using O = Onset<A>;
         T L[A][A] = {}, over[A], u[A], sum = splat<T>(0.0);
-        factor<A>(at + O::Y, L, over);
+        const Mask<T> determined = factor<A>(at + O::Y, L, over);
         JINK_UNROLL
         for (int a = 0; a < A; ++a) {
             u[a] = at[O::y + a];
@@ -187,7 +191,7 @@ template <class T> class InputEstimation {
             for (int k = 0; k < a; ++k) u[a] = u[a] - L[a][k] * u[k];
             sum = sum + u[a] * u[a] * over[a];
         }
-        return sum;
+        return select<T>(determined, sum, splat<T>(0.0));
     }
 
     // x += M Y^-1 y, P += M Y^-1 M', with W = M L^-T: M Y^-1 M' = W D^-1 W'.

@@ -30,13 +30,14 @@ template <class T> class VariableDimension {
         *quiet_for = select<T>(quiet & inverse(fresh), *quiet_for + one, *quiet_for);
         *busy_for = select<T>(busy, *busy_for + one, *busy_for);
         const T *onset = entries + window * c.declared.history_entry();
-        const Mask<T> begins = quiet & (*rho > splat<T>(rise)) & (*quiet_for >= splat<T>(window + 2)) & (onset[0] > zero) & (onset[1] > zero);
+        // a row without a measurement only predicts: what was seen before it is decided on with the next one
+        const Mask<T> begins = quiet & taken & (*rho > splat<T>(rise)) & (*quiet_for >= splat<T>(window + 2)) & (onset[0] > zero) & (onset[1] > zero);
         if (any(begins)) begin(s, entries, begins);
         const T now = acceleration_significance(s);
         T sum = now;
         for (int k = window - 1; k > 0; --k) significance[k] = select<T>(busy, significance[k - 1], significance[k]), sum = sum + significance[k];
         significance[0] = select<T>(busy, now, significance[0]);
-        const Mask<T> ends = busy & (*busy_for >= splat<T>(window)) & (sum < splat<T>(fall));
+        const Mask<T> ends = busy & taken & (*busy_for >= splat<T>(window)) & (sum < splat<T>(fall));
         if (any(ends)) end(s, ends);
         const Mask<T> changed = begins | ends;
         *rho = select<T>(changed, zero, *rho), *quiet_for = select<T>(changed, zero, *quiet_for), *busy_for = select<T>(changed, zero, *busy_for);

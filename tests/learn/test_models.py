@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from jink import _engine
 from jink.catalogue.shipped import file_name, shipped
 from jink.papers.training.shipped import CHOI, SEEDS, TRAINERS, train
 
@@ -35,12 +34,13 @@ def test_every_file_has_a_recipe_and_every_recipe_its_files():
 
 @pytest.mark.parametrize("file", SMALL)
 def test_training_again_gives_the_file(file, tmp_path):
-    """Bit for bit on a processor like the one they were trained on (AVX-512); elsewhere sums are rounded differently."""
+    """As far as rounding goes: the BLAS and the engine's level round sums differently, and training carries it on.
+
+    Under OPENBLAS_CORETYPE=Zen, at the same level, the 12th digit differs.
+    """
     name, seed = FILES[file]
     train(name, seed or 0).save(tmp_path / file)
     again, there = (tmp_path / file).read_text(), (FOLDER / file).read_text()
-    if _engine.level == "v4":
-        assert again == there
     assert_allclose(numbers(json.loads(again)), numbers(json.loads(there)), rtol=1e-6, atol=1e-9)
 
 

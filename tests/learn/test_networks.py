@@ -76,12 +76,16 @@ def test_the_loss_that_is_differentiated_is_that_of_the_filter():
 
 
 def test_training_ends_where_nothing_gets_better():
-    """With steps far too long the best is soon behind: patience, then the end."""
+    """With steps far too long the best is soon behind: patience, then the end.
+
+    The first network saturates at once and its loss stays the same to the bit; the second's is worse by 3e-4 and more.
+    Steps of 3 leave the first on a plateau, where rounding, and so the BLAS, decides what is better.
+    """
     seen = []
     settings = {"steps": 300, "seed": 1, "progress": lambda *said: seen.append(said)}
     scored = {"start": untrained(6), "patience": 10, "rate": 1.0}
     for patience, train in (
-        (50, lambda: train_end_to_end(TRAINING, VALIDATION, patience=50, rate=3.0, **settings)),
+        (50, lambda: train_end_to_end(TRAINING, VALIDATION, patience=50, rate=10.0, **settings)),
         (
             10,
             lambda: train_scores_end_to_end(

@@ -10,8 +10,9 @@ from the quiet estimate [p v] at j - 1 and the step T between, with the covarian
 give them; then the constant-acceleration filter runs over j + 1 ... k again. It ends when the sum of a' P_a^-1 a
 over the last s scans falls below its threshold; the accelerations are dropped.
 
-Readings. A missing scan leaves rho as it is; a detection whose scan j is missing waits for the next scan. One
-is not gone back to before s + 2 quiet scans have passed since the start or the last manoeuvre.
+Readings. A missing scan leaves rho as it is and nothing begins or ends at it; a detection whose scan j is missing
+waits for the next scan. One is not gone back to before s + 2 quiet scans have passed since the start or the last
+manoeuvre.
 """
 
 from __future__ import annotations
@@ -102,10 +103,12 @@ class VariableDimension:
         )
         memory.quiet[k] = now.mode
         memory.quiet_for += 1
-        if not np.isnan(z[k]).all():
+        measured = not np.isnan(z[k]).all()
+        if measured:
             memory.rho = self.alpha * memory.rho + now.residual @ np.linalg.solve(now.S, now.residual)
         j = k - self.window
-        if memory.rho <= self.threshold or memory.quiet_for < self.window + 2 or np.isnan(z[j]).any():
+        known = memory.quiet_for >= self.window + 2 and not np.isnan(z[j]).any()
+        if not measured or memory.rho <= self.threshold or not known:
             return -1
         mode = restarted(memory.quiet[j - 1], z[j], self.R, time[j] - time[j - 1], self.quiet.axes)
         for i in range(j + 1, k + 1):
@@ -119,7 +122,8 @@ class VariableDimension:
         at = where(self.active.axes, "a")
         memory.significance.append(float(mode.x[at] @ np.linalg.solve(mode.P[np.ix_(at, at)], mode.x[at])))
         last = memory.significance[-self.window :]
-        if len(last) == self.window and sum(last) < self.back_threshold:
+        measured = not np.isnan(z[k]).all()
+        if measured and len(last) == self.window and sum(last) < self.back_threshold:
             kept = where(self.active.axes, "pv")
             memory.quiet_for, memory.quiet = 0, {k: Mode(mode.x[kept], mode.P[np.ix_(kept, kept)])}
             memory.manoeuvring, memory.rho = None, 0.0
