@@ -76,15 +76,15 @@ def gradient(
     native.gradient(
         filter.engine,
         *batch.arguments(),
-        FIGURES[figure],
-        int(ahead),
-        components,
-        truth,
-        weights,
-        directions,
-        value,
-        slope,
-        thread_count(threads),
+        figure=FIGURES[figure],
+        ahead=int(ahead),
+        components=components,
+        target=truth,
+        weight=weights,
+        tangents=directions,
+        value=value,
+        slope=slope,
+        threads=thread_count(threads),
     )
     return value, slope
 

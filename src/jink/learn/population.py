@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,9 +47,9 @@ def errors_of(
     if probability is None:
         probability = np.full((individuals, modes), 1 / modes)
     sums = np.empty((individuals, scans, 2))
-    given = (tables, np.asarray(count, dtype=np.int64), transition, probability, apart.time, *_flat(apart))
+    given: Any = (tables, np.asarray(count, dtype=np.int64), transition, probability, apart.time, *_flat(apart))
     native.population_errors(
-        *(np.ascontiguousarray(array) for array in given), runs.sd**2, sums, thread_count(threads)
+        *(np.ascontiguousarray(array) for array in given), variance=runs.sd**2, result=sums, threads=thread_count(threads)
     )
     scored = _scored(apart)
     with np.errstate(invalid="ignore", divide="ignore"):

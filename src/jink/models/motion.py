@@ -27,7 +27,7 @@ def _variances(name: str, value: PerAxis, axes: int) -> list[float]:
     return [v * v for v in values] if name.endswith("_sd") else values
 
 
-def _kind(name: str) -> NoiseKind:
+def _kind(name: str) -> native.NoiseKind:
     return NoiseKind.continuous if name.endswith("_psd") else NoiseKind.piecewise
 
 

@@ -246,7 +246,7 @@ class Polar:
         )
 
     @property
-    def _vertical(self) -> Vertical:
+    def _vertical(self) -> native.Vertical:
         if self.elevation_sd is not None:
             return Vertical.elevation
         return Vertical.none if self.height_sd is None else Vertical.height
