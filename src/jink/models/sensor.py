@@ -8,12 +8,13 @@ your own is any object with ``rows`` (components), ``axes``, ``h(x)`` (vectorise
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log, pi
-from typing import Any, Literal, Protocol
+from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import PerAxis, covariance, exactly_one, packed, per_axis, positive
+from ..checks import Array, PerAxis, covariance, exactly_one, packed, per_axis, positive
+from .observed import Moving, Observed, from_site, in_axes, to_positions
 from .outliers import Outliers
 
 # kind, axes, rows, vertical, range rate, from north, correlated, converted, site, noise, log extent: what the engine takes
@@ -37,7 +38,7 @@ def _noise(sd: list[float] | None, matrix: ArrayLike | None, rows: int) -> tuple
 
 
 @dataclass(frozen=True, kw_only=True)
-class Position:
+class Position(Observed):
     """Cartesian position, z = p + v, v ~ N(0, R); sd (m; one, or one per axis) or covariance (axes by axes).
 
     Errors: ValueError unless exactly one of sd and covariance is given.
@@ -46,6 +47,7 @@ class Position:
     sd: PerAxis | None = None
     covariance: ArrayLike | None = None
     axes: int = 2
+    cartesian: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _axes(self.axes)
@@ -64,9 +66,21 @@ class Position:
         extent = _extents(outliers, "p" * self.axes)
         return 0, self.axes, self.axes, 0, False, True, correlated, False, [0.0] * 3, noise, extent
 
+    def observe(self, truth: Moving) -> Array:
+        """The position, (..., axes)."""
+        return in_axes(truth.position, self.axes).copy()
+
+    def positions(self, z: Array) -> Array:
+        """What is measured."""
+        return z
+
+    def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
+        """How far apart measurements can lie, by component."""
+        return (horizontal, horizontal, vertical)[: self.axes]
+
 
 @dataclass(frozen=True, kw_only=True)
-class PositionVelocity:
+class PositionVelocity(Observed):
     """Cartesian position and velocity (ADS-B, GPS), z = [p…, v…] + noise; sd (m), velocity_sd (m/s), or covariance.
 
     For AIS speed and course see :meth:`from_speed_course`. Where the velocity is missing it updates with the position alone.
@@ -76,6 +90,7 @@ class PositionVelocity:
     velocity_sd: PerAxis | None = None
     covariance: ArrayLike | None = None
     axes: int = 2
+    cartesian: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _axes(self.axes)
@@ -97,6 +112,22 @@ class PositionVelocity:
         correlated, noise = _noise(sd, self.covariance, 2 * self.axes)
         extent = _extents(outliers, "p" * self.axes + "v" * self.axes)
         return 1, self.axes, 2 * self.axes, 0, False, True, correlated, False, [0.0] * 3, noise, extent
+
+    def observe(self, truth: Moving) -> Array:
+        """Position and velocity, (..., 2 axes)."""
+        return np.concatenate([in_axes(truth.position, self.axes), in_axes(truth.velocity, self.axes)], axis=-1)
+
+    def positions(self, z: Array) -> Array:
+        """The first half of what is measured."""
+        return z[..., : self.axes]
+
+    def velocities(self, z: Array) -> Array | None:
+        """The second half of what is measured."""
+        return z[..., self.axes :]
+
+    def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
+        """How far apart measurements can lie, by component; velocities of opposite targets differ by twice the speed."""
+        return (*(horizontal, horizontal, vertical)[: self.axes], *(2 * speed,) * self.axes)
 
     @staticmethod
     def from_speed_course(
@@ -128,7 +159,7 @@ class PositionVelocity:
 
 
 @dataclass(frozen=True)
-class Bearing:
+class Bearing(Observed):
     """Azimuth (rad) of the target from a site: clockwise from +y (north), or with reference="east" counter-clockwise from +x.
 
     A bearing alone starts no track: give ``initial=jink.Prior(...)`` or a second sensor.
@@ -138,6 +169,7 @@ class Bearing:
     site: Sequence[float] = (0.0, 0.0)
     axes: int = 2
     reference: Literal["north", "east"] = "north"
+    locates: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         self.native()
@@ -154,9 +186,17 @@ class Bearing:
         axes = _plane("Bearing", self.axes)
         return 2, axes, 1, 0, False, north, False, False, _site(self.site), noise, _extents(outliers, "a")
 
+    def observe(self, truth: Moving) -> Array:
+        """The azimuth, (..., 1)."""
+        return from_site(truth, self.components, self.axes, self.site, self.reference)
+
+    def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
+        """All round."""
+        return (2 * pi,)
+
 
 @dataclass(frozen=True, kw_only=True)
-class Polar:
+class Polar(Observed):
     """Radar: range (m), azimuth (rad), optionally elevation (rad) or height (m), optionally range rate (m/s), from a site.
 
     Columns of z in that order. Azimuth is clockwise from +y (north), or with reference="east" counter-clockwise from +x.
@@ -231,6 +271,21 @@ class Polar:
             noise,
             extent,
         )
+
+    def observe(self, truth: Moving) -> Array:
+        """The components, (..., m)."""
+        return from_site(truth, self.components, self.axes or 2, self.site, self.reference)
+
+    def positions(self, z: Array) -> Array:
+        """In three axes where there is an elevation or a height; without, ranges are taken as those along the ground."""
+        return to_positions(z, self.components, self.site, self.reference)
+
+    def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
+        """How far apart measurements can lie, by component; converted ones are positions."""
+        if self.method == "converted":
+            return (horizontal, horizontal, vertical)[: self.axes]
+        whole = {"range": horizontal, "azimuth": 2 * pi, "elevation": 2 * pi, "height": vertical, "range_rate": 2 * speed}
+        return tuple(whole[name] for name in self.components)
 
 
 def _reference(reference: str) -> bool:

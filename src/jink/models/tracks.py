@@ -84,7 +84,7 @@ class Tracks:
         alone being kept."""
         z = np.full((2 * self.rows, self.z.shape[1]), np.nan)
         z[1::2] = self.z
-        twice = {
+        twice: dict[str, Any] = {
             name: None if getattr(self, name) is None else np.repeat(getattr(self, name), 2, axis=0)
             for name in ("covariance", "sensor")
         }
