@@ -219,13 +219,10 @@ def test_polar_scenarios_race_with_polar_filters():
 
 @pytest.mark.parametrize("radar", ["radar-1hz", "radar-12s"])
 def test_raw_positions_of_a_radar_without_noise_are_the_truth(radar):
-    from jink.compare.estimates import measured_position
-    from jink.scenarios.sensing import exact
-
     scenario = SCENARIOS["drone"].seen_by(radar)
     truth = scenario.simulate(2, 1).truth
     sensor = replace(scenario.observation.sensor, site=(1000.0, -500.0, 20.0))
-    assert_allclose(measured_position(sensor, exact(sensor, truth)), truth.position, atol=1e-6)
+    assert_allclose(sensor.positions(sensor.observe(truth)), truth.position, atol=1e-6)
 
 
 def test_one_axis_and_the_near_optimal_reference():

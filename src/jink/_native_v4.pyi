@@ -1,11 +1,10 @@
 # The engine's private face, the same at every level; written by: python -m nanobind.stubgen -m jink._native_v4
-from collections.abc import Sequence
 import enum
+from collections.abc import Sequence
 from typing import Annotated, overload
 
 import numpy
 from numpy.typing import NDArray
-
 
 class MotionKind(enum.Enum):
     """Which motion model moves a state."""

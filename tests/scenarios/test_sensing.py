@@ -134,5 +134,5 @@ def test_wrong_settings_are_refused(wrong, said):
 
 
 def test_a_sensor_that_is_none_is_refused():
-    with pytest.raises(TypeError, match="expected Position, PositionVelocity, Polar or Bearing"):
+    with pytest.raises(TypeError, match="expected one of Position, PositionVelocity, Bearing, Polar"):
         Observation(sensor=object())  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ from math import ceil, log, sqrt
 from typing import Any
 
 from ..models.outliers import Outliers
-from ..models.sensor import Position, PositionVelocity
+from ..models.sensor import Position
 from ..models.switching import Sojourn
 from .targets import KINDS
 
@@ -57,11 +57,11 @@ class Purpose:
     @property
     def position_sd(self) -> float:
         """Of a measured position along the first axis, m. Errors: Unfit where it is not the same everywhere."""
-        if not isinstance(self.sensor, Position | PositionVelocity):
+        if not self.sensor.cartesian:
             raise Unfit(
                 f"its noise in metres depends on the place with a sensor of {self.sensor.components[0]}"
             )
-        return sqrt(self.sensor.native().noise[0])
+        return sqrt(self.sensor.noise[0, 0])
 
     def staying(self, stay: float, modes: int) -> Sojourn:
         """The chain of equally likely changes in which a mode outlasts one interval with probability ``stay``."""
@@ -73,7 +73,7 @@ class Purpose:
     def seen(self) -> Any:
         """The sensor a filter is built for: one axis of it where filters run along each axis."""
         sd = getattr(self.sensor, "sd", None)
-        if self.per_axis and isinstance(self.sensor, Position) and isinstance(sd, int | float):
+        if self.per_axis and self.sensor.position_only and isinstance(sd, int | float):
             return Position(sd=sd, axes=1)
         return self.sensor
 

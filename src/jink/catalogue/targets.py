@@ -9,14 +9,13 @@ period; vertical motion has its own figures. Reasons and figures: docs/default-f
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from math import pi
 
 from ..checks import positive, unknown
 from ..filters.imm import IMM
 from ..io.errors import InputError
 from ..models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Motion
 from ..models.outliers import Outliers
-from ..models.sensor import Polar, Position, PositionVelocity, Sensor
+from ..models.sensor import Sensor
 from ..models.start import TwoPoint
 from ..models.switching import Sojourn
 
@@ -60,11 +59,12 @@ class Kind:
             raise ValueError("default_filter: the default filters turn in a plane; expected a sensor of 2 or 3 axes, got 1")
         rarer = max(1.0, RARE * positive("interval", interval, zero=True) / self.coast)
         wait = rarer * self.coast if coast is None else positive("coast", coast, zero=True)
+        extent = sensor.extents(rarer * self.extent[0], rarer * self.extent[1], self.speed)
         return IMM(
             self.motions(n),
             sensor,
             Sojourn(self.seconds, self.to),
-            outliers=Outliers(share=0.01, extent=_extents(self, sensor, rarer), restart_after=2),
+            outliers=Outliers(share=0.01, extent=extent, restart_after=2),
             initial=TwoPoint(velocity_sd=positive("speed", self.speed)),
             coast=wait or None,
         )
@@ -189,21 +189,3 @@ def kind_of(name: str) -> Kind:
     if name not in KINDS:
         raise InputError(unknown("kind", str(name), KINDS))
     return KINDS[name]
-
-
-def _extents(kind: Kind, sensor: Sensor, times: float) -> tuple[float, ...]:
-    """Where an outlier may lie, per measured component: vertical errors are smaller than horizontal ones."""
-    flat, up = times * kind.extent[0], times * kind.extent[1]
-    places = (flat, flat, up)[: int(sensor.axes or 2)]
-    if isinstance(sensor, Position) or (isinstance(sensor, Polar) and sensor.method == "converted"):
-        return places
-    if isinstance(sensor, PositionVelocity):
-        return (*places, *(2 * kind.speed,) * len(places))
-    by_name = {
-        "range": flat,
-        "azimuth": 2 * pi,
-        "elevation": 2 * pi,
-        "height": up,
-        "range_rate": 2 * kind.speed,
-    }
-    return tuple(by_name[name] for name in sensor.components)

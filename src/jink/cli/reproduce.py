@@ -13,7 +13,17 @@ import typer
 
 from ..io.errors import InputError
 from .exit_status import exit_status
-from .request import FLAG, JsonFile, Quiet, Seed, check_seed, completed_from, json_text, output_path, progress_line
+from .request import (
+    FLAG,
+    JsonFile,
+    Quiet,
+    Seed,
+    check_seed,
+    completed_from,
+    json_text,
+    output_path,
+    progress_line,
+)
 
 
 @dataclass(frozen=True, kw_only=True)

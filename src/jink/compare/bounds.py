@@ -15,9 +15,7 @@ from .. import metrics
 from ..catalogue.purpose import Unfit
 from ..checks import Array
 from ..models.outliers import Outliers
-from ..models.sensor import Position
 from ..scenarios import Simulation
-from ..scenarios.sensing import exact, noise_factor
 from ..scenarios.truth import Kinematics
 from .clairvoyant import clairvoyant as of_known_input
 
@@ -63,10 +61,10 @@ def clairvoyant(simulation: Simulation, known: Told, outliers: Outliers | None) 
     """The estimate of the Kalman filter that is told so. Errors: Unfit for a curve seen by no sensor of positions."""
     sensor = simulation.scenario.observation.sensor
     interval = simulation.scenario.schedule.interval
-    R = noise_factor(sensor)[0, 0]
-    sd = known.sd or TRIFLE * float(R) / interval**2
-    if isinstance(sensor, Position):
-        manoeuvre: dict[str, Any] = {"displacement": _in_axes(displacement(simulation, known), sensor.axes)}
+    first = float(np.sqrt(sensor.noise[0, 0]))
+    sd = known.sd or TRIFLE * first / interval**2
+    if sensor.position_only:
+        manoeuvre: dict[str, Any] = {"displacement": _in_axes(displacement(simulation, known), sensor.axes or 2)}
     elif known.sd and not np.any(simulation.turn_rate):
         manoeuvre = {"input": _in_axes(simulation.input[..., None], sensor.axes or 2)[..., 0]}  # type: ignore[index]
     else:
@@ -98,8 +96,7 @@ def posterior_bound(training: Simulation, known: Told, first: int) -> dict[str, 
         F[:, p, v] = T
         Q[:, p, p], Q[:, v, v] = T**4 / 4, T**2
         Q[:, p, v] = Q[:, v, p] = T**3 / 2
-    factor = noise_factor(seen.sensor)
-    J = seen.detection * metrics.information(_jacobians(seen.sensor, truth), factor @ factor.T)
+    J = seen.detection * metrics.information(_jacobians(seen.sensor, truth), seen.sensor.noise)
     start = np.diag([VELOCITY_SD**2] * (2 * axes))
     C = metrics.posterior_bound(F, known.sd**2 * Q, J, start)
     return {
@@ -118,7 +115,7 @@ def _jacobians(sensor: Any, truth: Kinematics) -> Array:
             for sign in (1.0, -1.0):
                 moved = getattr(truth, which).copy()
                 moved[..., a] += sign * step
-                ends.append(exact(sensor, truth._replace(**{which: moved})))
+                ends.append(sensor.observe(truth._replace(**{which: moved})))
             change = ends[0] - ends[1]
             for column, name in enumerate(sensor.components):
                 if name == "azimuth":

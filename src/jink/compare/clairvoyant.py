@@ -10,7 +10,7 @@ from ..estimate import Estimate
 from ..filters.kalman import Kalman
 from ..models.motion import ConstantVelocity
 from ..models.outliers import Outliers
-from ..models.sensor import Position, Sensor
+from ..models.sensor import Sensor
 from ..models.start import TwoPoint
 
 
@@ -44,7 +44,7 @@ def clairvoyant(
         outliers=outliers,
     )
     known = None if displacement is None else _known_path(np.asarray(displacement, dtype=float), times)
-    if known is not None and not (isinstance(sensor, Position) and input is None):
+    if known is not None and not (sensor.position_only and input is None):
         raise ValueError("displacement: needs a Position sensor and no input beside it")
     seen = z if known is None else z - known[..., 0]
     estimate = kalman.filter(

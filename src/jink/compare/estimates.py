@@ -10,7 +10,6 @@ import numpy as np
 
 from ..checks import Array
 from ..metrics import measured_velocity
-from ..models.sensor import Polar, Position, PositionVelocity
 from ..scenarios import Simulation
 
 OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "log_likelihood_scan", "status")
@@ -46,35 +45,12 @@ class Answer:
 
 def raw(simulation: Simulation) -> Answer:
     """The measured positions and velocities; without the latter, backward differences of positions."""
-    position = measured_position(simulation.scenario.observation.sensor, simulation.z)
-    axes = min(position.shape[2], simulation.truth.position.shape[2])
     sensor = simulation.scenario.observation.sensor
-    if isinstance(sensor, PositionVelocity):
-        return Answer(position[..., :axes], simulation.z[..., sensor.axes :][..., :axes])
-    position = position[..., :axes]
-    return Answer(position, measured_velocity(position, simulation.time))
-
-
-def measured_position(sensor: Any, z: Array) -> Array:
-    """z (..., m) as positions (..., axes) in m; a radar without elevation or height sees the ground plane."""
-    if isinstance(sensor, Position | PositionVelocity):
-        return z[..., : sensor.axes]
-    if not isinstance(sensor, Polar):
-        raise ValueError(f"{type(sensor).__name__} measures no positions")
-    site = [*map(float, sensor.site), 0.0][:3]
-    distance, azimuth = z[..., 0], z[..., 1]
-    columns = dict(zip(sensor.components, np.moveaxis(z, -1, 0), strict=True))
-    ground, up = distance, None
-    if "elevation" in columns:
-        ground, up = distance * np.cos(columns["elevation"]), distance * np.sin(columns["elevation"])
-    elif "height" in columns:
-        up = columns["height"] - site[2]
-        ground = np.sqrt(np.maximum(distance**2 - up**2, 0.0))
-    first, second = np.cos(azimuth), np.sin(azimuth)
-    if sensor.reference == "north":
-        first, second = second, first
-    parts = [site[0] + ground * first, site[1] + ground * second]
-    return np.stack(parts if up is None else [*parts, site[2] + up], axis=-1)
+    axes = min(sensor.axes or 2, simulation.truth.position.shape[2])
+    position, velocity = sensor.positions(simulation.z)[..., :axes], sensor.velocities(simulation.z)
+    if velocity is None:
+        return Answer(position, measured_velocity(position, simulation.time))
+    return Answer(position, velocity[..., :axes])
 
 
 def filtered(filter: Any, simulation: Simulation) -> Answer:
@@ -86,7 +62,7 @@ def filtered(filter: Any, simulation: Simulation) -> Answer:
 
 def per_axis(filter: Any, sensor: Any) -> bool:
     """Does this filter of one axis take a sensor of several, axis by axis?"""
-    return isinstance(sensor, Position) and sensor.axes > 1 and filter.axes == 1
+    return sensor.position_only and sensor.axes > 1 and filter.axes == 1
 
 
 def jointly(estimate: Any, simulation: Simulation) -> Answer:

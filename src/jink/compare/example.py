@@ -9,7 +9,7 @@ import numpy as np
 
 from ..checks import Array
 from ..scenarios import Simulation
-from .estimates import Answer, measured_position
+from .estimates import Answer
 
 WINDOW = 15  # rows that curves of recorded tracks run over
 
@@ -50,7 +50,7 @@ def example(simulation: Simulation, answers: dict[str, Answer], busy: np.ndarray
         for name, answer in answers.items()
         if name != "raw"
     }
-    measured = measured_position(simulation.scenario.observation.sensor, simulation.z[:1])[0]
+    measured = simulation.scenario.observation.sensor.positions(simulation.z[:1])[0]
     name = f"run {int(simulation.runs[0])}"
     truth = simulation.truth.position[0]
     distance = {
@@ -95,7 +95,7 @@ def recorded_example(recording: Any, filters: dict[str, Any], answers: dict[str,
     return Example(
         name=f"part {part + 1} of {len(measured)}",
         time=shown.time - shown.time[0],
-        measured=measured_position(recording.sensor, shown.z),
+        measured=recording.sensor.positions(shown.z),
         truth=None,
         busy=None,
         tracks=tracks,

@@ -6,10 +6,11 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..catalogue.purpose import Purpose
 from ..filters.loading import load
 from ..io.errors import InputError
-from ..models.sensor import Position
 from .entrants import Entrant
 
 
@@ -52,7 +53,7 @@ def suits(filter: Any, purpose: Purpose, path: str) -> str:
     """A note where the filter assumes another noise. Errors: InputError where it cannot take the measurements."""
     own, there = filter.sensors[0], purpose.sensor
     expected, given = tuple(getattr(own, "components", ())), tuple(there.components)
-    along_axes = isinstance(there, Position) and expected == ("x",)
+    along_axes = there.position_only and expected == ("x",)
     if expected != given and not along_axes:
         raise InputError(
             f"{path}: its sensor measures {', '.join(expected)}; {purpose.name} is seen by a sensor of {', '.join(given)}"
@@ -62,5 +63,5 @@ def suits(filter: Any, purpose: Purpose, path: str) -> str:
             raise InputError(
                 f"{path}: its sensor's {name} is {getattr(own, name, None)}; expected {getattr(there, name, None)}"
             )
-    noise, actual = own.native().noise, there.native().noise
-    return "" if noise == actual[: len(noise)] else "assumes another measurement noise than there is"
+    m = len(own.noise)
+    return "" if np.array_equal(own.noise, there.noise[:m, :m]) else "assumes another measurement noise than there is"

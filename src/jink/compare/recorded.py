@@ -24,7 +24,6 @@ from ..models.tracks import Tracks
 from ..scenarios.observation import sensor_in_words
 from ..tracking.prepare import Settings, prepare
 from .entrants import SUFFIX, Entrant, enter
-from .estimates import measured_position
 from .example import recorded_example
 from .filter_files import from_file
 from .result import Race
@@ -192,7 +191,7 @@ def predicted(filter: Any, recording: Recording) -> dict[str, Any]:
     that passes (they count rows, or adapt to the last residual) predict live instead.
     """
     tracks = recording.tracks
-    there = measured_position(recording.sensor, tracks.z)
+    there = recording.sensor.positions(tracks.z)
     if filter is None:
         return {"prediction_rmse": ((_extrapolated(there, tracks) - there)[:, :2] ** 2).sum(axis=1)}
     began = clock.perf_counter()

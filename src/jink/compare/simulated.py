@@ -15,7 +15,6 @@ from ..catalogue.purpose import Named, Purpose, Unfit
 from ..checks import Array
 from ..io.errors import InputError
 from ..models.outliers import Outliers
-from ..models.sensor import Bearing, Position
 from ..scenarios import SCENARIOS, Scenario, Simulation
 from . import bounds, manoeuvring, near_optimal
 from .entrants import SUFFIX, Entrant, enter
@@ -112,9 +111,9 @@ def prepare(source: Source, first: int) -> Field:
         seen = f"{scenario.schedule.count} scans in {scenario.schedule.interval:g} s steps"
         raise InputError(f"{scenario.name}: {seen}; a race needs at least {first + 1}")
     observation = scenario.observation
-    if isinstance(observation.sensor, Bearing):
+    if not observation.sensor.locates:
         raise InputError(
-            f"{scenario.name}: bearings alone start no track; a race needs a sensor of positions"
+            f"{scenario.name}: one measurement alone starts no track; a race needs a sensor of positions"
         )
     measured = raw(training).position
     noise = measured - training.truth.position[..., : measured.shape[2]]
@@ -173,7 +172,7 @@ def _prior(scenario: Scenario) -> tuple[Any, float, float]:
     sensor, seen = scenario.observation.sensor, scenario.observation
     if scenario.name not in PRIORS:
         raise Unfit(f"there is one for {', '.join(PRIORS)}")
-    plain = isinstance(sensor, Position) and isinstance(sensor.sd, int | float) and not seen.outlier_share
+    plain = sensor.position_only and isinstance(getattr(sensor, "sd", None), int | float) and not seen.outlier_share
     if not plain or seen.bias or scenario.schedule.jitter:
         raise Unfit("it needs positions of one sd without outliers, bias or jitter")
     return PRIORS[scenario.name], float(sensor.sd), scenario.schedule.interval  # type: ignore[arg-type]

@@ -20,7 +20,6 @@ from ..io.files import open_table
 from ..models.sensor import Polar, Position, PositionVelocity
 from ..scenarios import Observation, Scenario, Schedule, Simulation
 from ..scenarios.observation import in_words
-from ..scenarios.sensing import exact
 from ..scenarios.table import COLUMNS, QUANTITIES
 from ..scenarios.truth import Kinematics
 from .source import TRAINING_RUNS, Source
@@ -161,7 +160,7 @@ def _some(every: Simulation, rows: np.ndarray) -> Simulation:
 def _observation(path: str, training: Simulation) -> Observation:
     """The sensor with the noise that measurements and truth show: sd, misses, and the share of gross errors."""
     observation = training.scenario.observation
-    error = training.z - exact(observation.sensor, training.truth)
+    error = training.z - observation.sensor.observe(training.truth)
     for column, name in enumerate(observation.components):
         if name == "azimuth":
             error[..., column] = np.remainder(error[..., column] + np.pi, 2 * np.pi) - np.pi

@@ -17,7 +17,6 @@ from ..compare.result import Race
 from ..compare.simulated import FIRST, prepare, race
 from ..compare.source import drawn
 from ..io.errors import InputError
-from ..models.sensor import Position, PositionVelocity
 from ..models.tracks import Tracks, joined
 from ..scenarios import Scenario, by_name
 from .truth import score_truth
@@ -55,7 +54,7 @@ def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_
     except ValueError as error:
         raise InputError(str(error)) from None
     first = prepare(drawn(scenarios[0], 1, seed), FIRST)
-    apart = first.purpose.per_axis and len(scenarios) == 1 and isinstance(first.purpose.seen, Position)
+    apart = first.purpose.per_axis and len(scenarios) == 1 and first.purpose.seen.position_only
     parts = [_simulated(s, runs, FITTING, seed, f, apart) for f, s in enumerate(scenarios)]
     axes = {part.z.shape[1] for part in parts}
     if len(axes) > 1:
@@ -103,9 +102,9 @@ def _simulated(scenario: Scenario, runs: int, first: int, seed: int, family: int
         seen = "xyz"[: min(axes, kinds["p"].shape[2])]
         components = tuple(c + a for c in "pv" for a in seen)
     noise = None
-    native = sensor.native()
-    if isinstance(sensor, Position | PositionVelocity) and not native.correlated:
-        noise = np.broadcast_to(np.array(native.noise[: z.shape[1]]), z.shape)
+    variance = np.diag(sensor.noise)
+    if sensor.cartesian and not (sensor.noise - np.diag(variance)).any():
+        noise = np.broadcast_to(variance[: z.shape[1]], z.shape)
     return Tracks(
         time,
         z,
@@ -215,9 +214,9 @@ def true_values(path: str, row: np.ndarray, truth: Mapping[str, str]) -> Array:
 
 def check_truth(truth: Array, components: Sequence[str], recording: Recording) -> None:
     """Errors: InputError where the truth lies nowhere near the measurements."""
-    if not isinstance(recording.sensor, Position):
+    if not recording.sensor.position_only:
         raise InputError("--truth: is compared with positions in metres; this file measures something else")
-    sd = np.sqrt(recording.sensor.native().noise)
+    sd = np.sqrt(np.diag(recording.sensor.noise))
     for k, name in enumerate(components):
         axis = "xyz".index(name[1])
         if name[0] != "p" or axis >= recording.tracks.z.shape[1]:

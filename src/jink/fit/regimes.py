@@ -120,7 +120,7 @@ def _noise(filter: Any, tracks: Tracks) -> Array:
     """Covariance of each row's measurement, (N, m, m) or (1, m, m)."""
     m = tracks.z.shape[1]
     if tracks.covariance is None:
-        return np.diag(filter.sensors[0].native().noise[:m])[None]
+        return filter.sensors[0].noise[None]
     given = np.asarray(tracks.covariance)
     return given if given.ndim == 3 else given[:, :, None] * np.eye(m)
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..checks import Array
-from ..compare.estimates import measured_position
 from ..compare.recorded import Recording
 from ..compare.result import Race
 from ..compare.scores import part
@@ -37,7 +36,7 @@ def _estimates(filter: object, recording: Recording, components: Sequence[str]) 
     """What a filter estimates of the components, NaN what it does not: (N, c); None: what is measured."""
     out = np.full((recording.tracks.rows, len(components)), np.nan)
     if filter is None:
-        there = measured_position(recording.sensor, recording.tracks.z)
+        there = recording.sensor.positions(recording.tracks.z)
         for k, name in enumerate(components):
             if name[0] == "p" and "xyz".index(name[1]) < there.shape[1]:
                 out[:, k] = there[:, "xyz".index(name[1])]

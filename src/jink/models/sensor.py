@@ -8,13 +8,14 @@ your own is any object with ``rows`` (components), ``axes``, ``h(x)`` (vectorise
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log, pi
-from typing import Any, Literal, Protocol
+from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._engine import native
-from ..checks import PerAxis, covariance, exactly_one, packed, per_axis, positive
+from ..checks import Array, PerAxis, covariance, exactly_one, packed, per_axis, positive
+from .observed import Moving, Observed, from_site, in_axes, to_positions
 from .outliers import Outliers
 
 # what the engine takes of a sensor
@@ -39,7 +40,7 @@ def _noise(sd: list[float] | None, matrix: ArrayLike | None, rows: int) -> tuple
 
 
 @dataclass(frozen=True, kw_only=True)
-class Position:
+class Position(Observed):
     """Cartesian position, z = p + v, v ~ N(0, R); sd (m; one, or one per axis) or covariance (axes by axes).
 
     Errors: ValueError unless exactly one of sd and covariance is given.
@@ -48,6 +49,7 @@ class Position:
     sd: PerAxis | None = None
     covariance: ArrayLike | None = None
     axes: int = 2
+    cartesian: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _axes(self.axes)
@@ -68,9 +70,21 @@ class Position:
             kind=SensorKind.position, axes=self.axes, rows=self.axes, noise=noise, correlated=correlated, log_extent=extent
         )
 
+    def observe(self, truth: Moving) -> Array:
+        """The position, (..., axes)."""
+        return in_axes(truth.position, self.axes).copy()
+
+    def positions(self, z: Array) -> Array:
+        """What is measured."""
+        return z
+
+    def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
+        """How far apart measurements can lie, by component."""
+        return (horizontal, horizontal, vertical)[: self.axes]
+
 
 @dataclass(frozen=True, kw_only=True)
-class PositionVelocity:
+class PositionVelocity(Observed):
     """Cartesian position and velocity (ADS-B, GPS), z = [p…, v…] + noise; sd (m), velocity_sd (m/s), or covariance.
 
     For AIS speed and course see :meth:`from_speed_course`. Where the velocity is missing it updates with the position alone.
@@ -80,6 +94,7 @@ class PositionVelocity:
     velocity_sd: PerAxis | None = None
     covariance: ArrayLike | None = None
     axes: int = 2
+    cartesian: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _axes(self.axes)
@@ -108,6 +123,22 @@ class PositionVelocity:
             correlated=correlated,
             log_extent=extent,
         )
+
+    def observe(self, truth: Moving) -> Array:
+        """Position and velocity, (..., 2 axes)."""
+        return np.concatenate([in_axes(truth.position, self.axes), in_axes(truth.velocity, self.axes)], axis=-1)
+
+    def positions(self, z: Array) -> Array:
+        """The first half of what is measured."""
+        return z[..., : self.axes]
+
+    def velocities(self, z: Array) -> Array | None:
+        """The second half of what is measured."""
+        return z[..., self.axes :]
+
+    def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
+        """How far apart measurements can lie, by component; velocities of opposite targets differ by twice the speed."""
+        return (*(horizontal, horizontal, vertical)[: self.axes], *(2 * speed,) * self.axes)
 
     @staticmethod
     def from_speed_course(
@@ -139,7 +170,7 @@ class PositionVelocity:
 
 
 @dataclass(frozen=True)
-class Bearing:
+class Bearing(Observed):
     """Azimuth (rad) of the target from a site: clockwise from +y (north), or with reference="east" counter-clockwise from +x.
 
     A bearing alone starts no track: give ``initial=jink.Prior(...)`` or a second sensor.
@@ -149,6 +180,7 @@ class Bearing:
     site: Sequence[float] = (0.0, 0.0)
     axes: int = 2
     reference: Literal["north", "east"] = "north"
+    locates: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         self.native()
@@ -171,9 +203,17 @@ class Bearing:
             site=_site(self.site),
         )
 
+    def observe(self, truth: Moving) -> Array:
+        """The azimuth, (..., 1)."""
+        return from_site(truth, self.components, self.axes, self.site, self.reference)
+
+    def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
+        """All round."""
+        return (2 * pi,)
+
 
 @dataclass(frozen=True, kw_only=True)
-class Polar:
+class Polar(Observed):
     """Radar: range (m), azimuth (rad), optionally elevation (rad) or height (m), optionally range rate (m/s), from a site.
 
     Columns of z in that order. Azimuth is clockwise from +y (north), or with reference="east" counter-clockwise from +x.
@@ -250,6 +290,21 @@ class Polar:
         if self.elevation_sd is not None:
             return Vertical.elevation
         return Vertical.none if self.height_sd is None else Vertical.height
+
+    def observe(self, truth: Moving) -> Array:
+        """The components, (..., m)."""
+        return from_site(truth, self.components, self.axes or 2, self.site, self.reference)
+
+    def positions(self, z: Array) -> Array:
+        """In three axes where there is an elevation or a height; without, ranges are taken as those along the ground."""
+        return to_positions(z, self.components, self.site, self.reference)
+
+    def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
+        """How far apart measurements can lie, by component; converted ones are positions."""
+        if self.method == "converted":
+            return (horizontal, horizontal, vertical)[: self.axes]
+        whole = {"range": horizontal, "azimuth": 2 * pi, "elevation": 2 * pi, "height": vertical, "range_rate": 2 * speed}
+        return tuple(whole[name] for name in self.components)
 
 
 def _reference(reference: str) -> bool:

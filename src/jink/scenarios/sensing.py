@@ -9,7 +9,7 @@ import numpy as np
 
 from ..checks import Array, positive
 from ..metrics.draws import Draws
-from ..models.sensor import Bearing, Polar, Position, PositionVelocity, Sensor
+from ..models.sensor import SENSORS, Polar, Sensor
 from .truth import Kinematics
 
 
@@ -52,7 +52,7 @@ class Schedule:
 class Observation:
     """z = h(truth) + bias + v, v ~ N(0, R); missing with probability 1 − detection; some gross outliers.
 
-    sensor one of Position, PositionVelocity, Polar, Bearing; detection probability per scan; outlier_share of
+    sensor one of those of :mod:`jink.models.sensor`; detection probability per scan; outlier_share of
     the scans have outlier_scale times the noise (a contaminated normal, Huber 1964); bias one number per
     component, in its unit. A sensor of more axes than the truth sees it at height 0; one of fewer sees its
     projection to the plane.
@@ -65,10 +65,8 @@ class Observation:
     bias: Sequence[float] = ()
 
     def __post_init__(self) -> None:
-        if not isinstance(self.sensor, Position | PositionVelocity | Polar | Bearing):
-            raise TypeError(
-                f"sensor: expected Position, PositionVelocity, Polar or Bearing, got {self.sensor!r}"
-            )
+        if not hasattr(self.sensor, "observe"):
+            raise TypeError(f"sensor: expected one of {', '.join(SENSORS)}, got {self.sensor!r}")
         if not 0 < self.detection <= 1:
             raise ValueError(f"detection: expected a probability above 0 and up to 1, got {self.detection!r}")
         if not 0 <= self.outlier_share < 1:
@@ -85,9 +83,9 @@ class Observation:
 
     def measure(self, truth: Kinematics, seed: int, runs: np.ndarray) -> Array:
         """z (B, S, m) of kinematics (B, S, axes); NaN where the target was missed."""
-        z = exact(self.sensor, truth)
+        z = self.sensor.observe(truth)
         scans, m = z.shape[1:]
-        noise = Draws(seed, runs, "noise").normal(scans, m) @ noise_factor(self.sensor).T
+        noise = Draws(seed, runs, "noise").normal(scans, m) @ np.linalg.cholesky(self.sensor.noise).T
         if self.outlier_share:
             gross = Draws(seed, runs, "outliers").uniform(0, 1, scans) < self.outlier_share
             noise *= np.where(gross, self.outlier_scale, 1.0)[..., None]
@@ -102,48 +100,6 @@ class Observation:
         if self.detection < 1:
             z[Draws(seed, runs, "detection").uniform(0, 1, scans) >= self.detection] = np.nan
         return z
-
-
-def exact(sensor: Sensor, truth: Kinematics) -> Array:
-    """h(truth) without noise, (B, S, m)."""
-    axes = sensor.axes or 2
-    p, v = _in_axes(truth.position, axes), _in_axes(truth.velocity, axes)
-    if isinstance(sensor, Position):
-        return p.copy()
-    if isinstance(sensor, PositionVelocity):
-        return np.concatenate([p, v], axis=-1)
-    site = np.zeros(axes)
-    site[: min(len(sensor.site), axes)] = list(sensor.site)[:axes]
-    d = p - site
-    distance, ground = np.linalg.norm(d, axis=-1), np.hypot(d[..., 0], d[..., 1])
-    north = sensor.reference == "north"
-    values = {
-        "range": distance,
-        "azimuth": np.arctan2(d[..., 0], d[..., 1]) if north else np.arctan2(d[..., 1], d[..., 0]),
-        "range_rate": (d * v).sum(axis=-1) / np.maximum(distance, 1e-9),
-    }
-    if axes == 3:
-        values |= {"elevation": np.arctan2(d[..., 2], ground), "height": p[..., 2]}
-    return np.stack([values[name] for name in sensor.components], axis=-1)
-
-
-def _in_axes(values: Array, axes: int) -> Array:
-    missing = axes - values.shape[-1]
-    return (
-        values[..., :axes]
-        if missing <= 0
-        else np.concatenate([values, np.zeros((*values.shape[:-1], missing))], -1)
-    )
-
-
-def noise_factor(sensor: Sensor) -> Array:
-    """L with L Lᵀ = R."""
-    m, noise, correlated = len(sensor.components), sensor.native().noise, sensor.native().correlated
-    if not correlated:
-        return np.diag(np.sqrt(noise))
-    R = np.zeros((m, m))
-    R[np.tril_indices(m)] = noise
-    return np.asarray(np.linalg.cholesky(R + np.tril(R, -1).T), dtype=np.float64)
 
 
 # radars to combine with any scenario: the observation, its revisit interval and jitter (s)
