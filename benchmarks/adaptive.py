@@ -1,4 +1,6 @@
-"""Every adaptive filter against the plain one it should not cost much more than: as many modes of the same state, fixed noise."""
+"""Every adaptive filter against the plain one it should not cost much more than: as many modes of the same state, fixed
+noise.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +72,7 @@ CONTESTS = (
     Contest("nnvsmm, network weighs 3 modes", "IMM 3 × CV", 3),
     Contest("Kalman CA + ANFIS", "Kalman CA", 3),
     Contest("IMM 3 × CV + network", "IMM 3 × CV", 3),
-)  # fmt: skip
+)
 
 
 def jobs(tracks: int, scans: int) -> dict[str, Job]:
@@ -189,16 +191,19 @@ def _correction() -> Corrector:
 
 def _corrector(model: Any, inputs: str, count: int, reach: float) -> Corrector:
     return Corrector(
-        model=model, inputs=inputs, low=[-reach] * count, high=[reach] * count, centre=[0.0] * count,
-        scale=[reach] * count, output_scale=[1.0],
-    )  # fmt: skip
+        model=model,
+        inputs=inputs,
+        low=[-reach] * count,
+        high=[reach] * count,
+        centre=[0.0] * count,
+        scale=[reach] * count,
+        output_scale=[1.0],
+    )
 
 
 def _batch(estimator: Any, case: Case, z: Any) -> Job:
     def run(_: None) -> Any:
-        estimate = estimator.filter(
-            case.time, z, offsets=case.offsets, threads=1, outputs=("x", "log_likelihood")
-        )
+        estimate = estimator.filter(case.time, z, offsets=case.offsets, threads=1, outputs=("x", "log_likelihood"))
         return estimate.x.reshape(case.tracks, case.scans, -1)
 
     return Job(run, case.updates)

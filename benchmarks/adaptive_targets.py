@@ -1,4 +1,6 @@
-"""What jink has promised of its adaptive filters' speed, and what choosing modes costs in accuracy: rows of the report."""
+"""What jink has promised of its adaptive filters' speed, and what choosing modes costs in accuracy: rows of the
+report.
+"""
 
 from __future__ import annotations
 
@@ -57,9 +59,7 @@ def _jump_row(results: dict[str, Any]) -> Row:
         return Row(what, reason(results, "structure"))
     keys = ("digraph switching", ALL, "raw")
     figures = [[structure["rms"][name][key][0] for key in keys] for name in JUMPS]
-    return Row(
-        what, "; ".join(f"{mine:.2f} against {whole:.2f} (raw {raw:.2f}) m" for mine, whole, raw in figures)
-    )
+    return Row(what, "; ".join(f"{mine:.2f} against {whole:.2f} (raw {raw:.2f}) m" for mine, whole, raw in figures))
 
 
 def _figures(rms: dict[str, list[float]], name: str) -> str:

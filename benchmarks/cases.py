@@ -53,9 +53,14 @@ class Case:
         scans = scans or self.scans
         rows = (np.arange(tracks)[:, None] * self.scans + np.arange(scans)).ravel()
         return replace(
-            self, tracks=tracks, scans=scans, time=self.time[rows], z=self.z[rows],
-            offsets=np.arange(tracks + 1, dtype=np.int64) * scans, x0=self.x0[:tracks],
-        )  # fmt: skip
+            self,
+            tracks=tracks,
+            scans=scans,
+            time=self.time[rows],
+            z=self.z[rows],
+            offsets=np.arange(tracks + 1, dtype=np.int64) * scans,
+            x0=self.x0[:tracks],
+        )
 
 
 def regular(tracks: int, scans: int, seed: int = 1) -> Case:
@@ -97,14 +102,20 @@ def _case(tracks: int, scans: int, time: Array, generator: np.random.Generator) 
     transition = np.full((modes, modes), (1 - STAY) / (modes - 1))
     np.fill_diagonal(transition, STAY)
     return Case(
-        tracks=tracks, scans=scans, time=time, z=z.reshape(-1, 2),
+        tracks=tracks,
+        scans=scans,
+        time=time,
+        z=z.reshape(-1, 2),
         offsets=np.arange(tracks + 1, dtype=np.int64) * scans,
-        x0=x0, P0=np.diag([POSITION_SD**2, VELOCITY_PRIOR_SD**2] * 2),
+        x0=x0,
+        P0=np.diag([POSITION_SD**2, VELOCITY_PRIOR_SD**2] * 2),
         F=np.kron(np.eye(2), [[1.0, STEP], [0.0, 1.0]]),
         Q=np.stack([sd**2 * np.kron(np.eye(2), _unit_noise()) for sd in ACCELERATION_SD]),
-        H=np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0]]), R=POSITION_SD**2 * np.eye(2),
-        transition=transition, mode_probability=np.full(modes, 1 / modes),
-    )  # fmt: skip
+        H=np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0]]),
+        R=POSITION_SD**2 * np.eye(2),
+        transition=transition,
+        mode_probability=np.full(modes, 1 / modes),
+    )
 
 
 def _unit_noise() -> Array:

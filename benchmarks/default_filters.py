@@ -39,7 +39,9 @@ def constant_velocity(sensor: jink.Position, outliers: jink.Outliers) -> tuple[B
 
 
 def two_modes(sensor: jink.Position, outliers: jink.Outliers) -> tuple[Build, list[float]]:
-    """log10 of quiet noise, jerk, acceleration prior (horizontal), of the vertical's share, and of both sojourn times."""
+    """log10 of quiet noise, jerk, acceleration prior (horizontal), of the vertical's share, and of both sojourn
+    times.
+    """
 
     def build(p: np.ndarray) -> object:
         q, jerk, prior, up, stay, busy = 10.0 ** np.clip(p, -6, 6)
@@ -149,9 +151,7 @@ def turns(kind: str, truth: RandomTurns, sd: float, interval: float) -> Scenario
     """Straight legs and turns as simple as can be, for the kinds that have no scenario of their own."""
     seen, count = Observation(sensor=jink.Position(sd=sd)), int(truth.duration / interval) - 1
     schedule = Schedule(start=interval, interval=interval, count=count)
-    return Scenario(
-        name=f"{kind} turns", summary="", truth=truth, observation=seen, schedule=schedule, kind=kind
-    )
+    return Scenario(name=f"{kind} turns", summary="", truth=truth, observation=seen, schedule=schedule, kind=kind)
 
 
 def targets() -> list[tuple[str, Scenario]]:

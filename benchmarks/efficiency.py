@@ -69,9 +69,7 @@ def measure(family: Family, runs: int, seed: int, kind: str = "fighter", referen
         mine = [squares(made, *planes(made, estimate)) for estimate in found]
         parts.append(Errors(mine[0], mine[1], best))
     best = None if parts[0].reference is None else np.concatenate([p.reference for p in parts])
-    return Errors(
-        np.concatenate([p.filtered for p in parts]), np.concatenate([p.smoothed for p in parts]), best
-    )
+    return Errors(np.concatenate([p.filtered for p in parts]), np.concatenate([p.smoothed for p in parts]), best)
 
 
 def planes(made: Simulation, estimate) -> list[np.ndarray]:

@@ -21,9 +21,7 @@ AZIMUTH_SD = 2e-3
 def kalman(case: Case, outputs: Sequence[str] = ("x",), threads: int = 1) -> Job:
     """Kalman filter, constant velocity, 4 states, every track with its own covariance."""
     motion = jink.ConstantVelocity(acceleration_sd=ACCELERATION_SD[0])
-    return _batch(
-        jink.Kalman(motion, jink.Position(sd=POSITION_SD)), case, case.z, outputs, threads, _prior(case)
-    )
+    return _batch(jink.Kalman(motion, jink.Position(sd=POSITION_SD)), case, case.z, outputs, threads, _prior(case))
 
 
 def imm(case: Case, outputs: Sequence[str] = STATES, threads: int = 1) -> Job:

@@ -1,13 +1,14 @@
-"""One filter fitted on two random families of targets, scored on fresh draws of them and on a scenario it was never fitted on.
+"""One filter fitted on two random families of targets, scored on fresh draws of them and on a scenario it was never
+fitted on.
 
     python -m benchmarks.families [--modes aligned|joint] [--runs 400] [--check-runs 2000] [--seed 0] [-o families.json]
     python -m benchmarks.families --filter benchmarks/families.json      # score a filter from a file
 
-Fitted on training draws of random-accelerations and random-turns together, by the error against the truth; efficiency as in
-``benchmarks.efficiency``. joint: constant velocity, acceleration, turn. aligned: five modes, with accelerations along x, along y
-and along both, which suits manoeuvres that lie along the axes, as those of random-accelerations and lee-2003 do; the family
-turned by random headings shows what that is worth where they do not. ``families.json`` is what the first command, with its defaults,
-wrote: some minutes of work, which the tests spare themselves.
+Fitted on training draws of random-accelerations and random-turns together, by the error against the truth; efficiency
+as in ``benchmarks.efficiency``. joint: constant velocity, acceleration, turn. aligned: five modes, with accelerations
+along x, along y and along both, which suits manoeuvres that lie along the axes, as those of random-accelerations and
+lee-2003 do; the family turned by random headings shows what that is worth where they do not. ``families.json`` is what
+the first command, with its defaults, wrote: some minutes of work, which the tests spare themselves.
 """
 
 from __future__ import annotations
@@ -27,8 +28,10 @@ from .efficiency import CHUNK, FAMILIES, against, planes, squares
 
 TRAINED_ON = "random-accelerations,random-turns"
 REACH = {
-    "lee-2003": (1.09, 1.09), "random-accelerations": (1.09, 1.11), "random-turns": (1.07, 1.11),
-}  # fmt: skip
+    "lee-2003": (1.09, 1.09),
+    "random-accelerations": (1.09, 1.11),
+    "random-turns": (1.07, 1.11),
+}
 CROSSING = 0.01  # m/s²: accelerations across a mode's own axis, and how they change
 
 
@@ -71,14 +74,13 @@ def fitted(name: str, runs: int, seed: int) -> tuple[Any, dict[str, Any]]:
     motions, stays = modes(name)
     start = jink.IMM(motions, jink.Position(sd=500.0), stays)  # each row brings its own noise
     parameters = Parameters(start, fixed=HELD if name == "aligned" else ())
-    search = Search(
-        parameters, chosen_objective("tracking", training, 1), training.tracks, starts=1, seed=seed
-    )
+    search = Search(parameters, chosen_objective("tracking", training, 1), training.tracks, starts=1, seed=seed)
     began = time.perf_counter()
     found = search.run()
     record = {"scenario": TRAINED_ON, "runs": runs, "seed": seed, "apart": "all", "objective": "tracking"}
     print(
-        f"{name}: {len(parameters)} parameters fitted in {time.perf_counter() - began:.0f} s, {found.evaluations} evaluations"
+        f"{name}: {len(parameters)} parameters fitted in {time.perf_counter() - began:.0f} s, {found.evaluations} "
+        "evaluations"
     )
     return parameters.filter(found.u), record
 
@@ -99,9 +101,7 @@ def scored(filter: Any, scenario: str, runs: int, seed: int) -> Any:
 
 def report(filter: Any, runs: int, seed: int) -> None:
     """Print a line of efficiencies for each scenario."""
-    print(
-        f"{'efficiency, ' + str(runs) + ' fresh runs':<30}{'position':>16}{'reach':>7}{'velocity':>18}{'reach':>7}"
-    )
+    print(f"{'efficiency, ' + str(runs) + ' fresh runs':<30}{'position':>16}{'reach':>7}{'velocity':>18}{'reach':>7}")
     for family in FAMILIES:
         square = scored(filter, family.scenario, runs, seed)
         cells = []
@@ -122,9 +122,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("-o", "--output", metavar="FILE.json")
     given = parser.parse_args()
-    filter, record = (
-        (jink.load(given.filter), {}) if given.filter else fitted(given.modes, given.runs, given.seed)
-    )
+    filter, record = (jink.load(given.filter), {}) if given.filter else fitted(given.modes, given.runs, given.seed)
     if given.output:
         filter.save(given.output, fitted=record)
     report(filter, given.check_runs, given.seed + 1)

@@ -1,9 +1,10 @@
-"""The IMM of constant velocity and acceleration fitted on training runs of lee-2003, with truth and from measurements alone.
+"""The IMM of constant velocity and acceleration fitted on training runs of lee-2003, with truth and from measurements
+alone.
 
     python -m benchmarks.fits [--runs 200] [--check-runs 2000] [--seed 0]
 
-Prints the normalised errors (RMS error of the estimate over that of the measurement, position and velocity, averaged over scans)
-on fresh runs, and how long the fit took.
+Prints the normalised errors (RMS error of the estimate over that of the measurement, position and velocity, averaged
+over scans) on fresh runs, and how long the fit took.
 """
 
 from __future__ import annotations

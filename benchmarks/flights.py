@@ -29,7 +29,9 @@ RADARS = {"terminal radar": (5.0, (50.0, 50.0, 10.0)), "en-route radar": (10.0, 
 
 @dataclass(frozen=True)
 class Flight:
-    """Measured positions z (n, 3) with covariance (n, 3, 3) at time (n,); true position and acceleration (NaN: unknown)."""
+    """Measured positions z (n, 3) with covariance (n, 3, 3) at time (n,); true position and acceleration (NaN:
+    unknown).
+    """
 
     target: str
     time: np.ndarray
@@ -75,9 +77,15 @@ def flights(path: Path) -> tuple[Flight, ...]:
     begin_with_height(spatial, covariance)
     targets = spatial.rows["target"]
     return tuple(
-        Flight(targets[a], spatial.time[a:b], spatial.z[a:b], covariance[a:b], *local_cubic(spatial.time[a:b], spatial.z[a:b]))
+        Flight(
+            targets[a],
+            spatial.time[a:b],
+            spatial.z[a:b],
+            covariance[a:b],
+            *local_cubic(spatial.time[a:b], spatial.z[a:b]),
+        )
         for a, b in np.lib.stride_tricks.sliding_window_view(spatial.offsets, 2).tolist()
-    )  # fmt: skip
+    )
 
 
 def held_out(flight: Flight) -> bool:
@@ -127,9 +135,7 @@ def _sane(time: np.ndarray, z: np.ndarray, limit: float) -> np.ndarray:
 def ads_b(some: list[Flight]) -> Tracks:
     """As received, with the noise `jink track` estimates; the next position itself is the truth of a prediction."""
     parts = [(f.time, f.z, f.z, f.acceleration) for f in some]
-    return _joined(
-        Position(sd=(30.0, 30.0, 5.0), axes=3), parts, np.concatenate([f.covariance for f in some])
-    )
+    return _joined(Position(sd=(30.0, 30.0, 5.0), axes=3), parts, np.concatenate([f.covariance for f in some]))
 
 
 def radar(some: list[Flight], name: str, seed: int) -> Tracks:

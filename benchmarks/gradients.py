@@ -1,4 +1,6 @@
-"""What exact gradients cost: the log-likelihood of an IMM of three modes and its derivatives by ten parameters, on one core."""
+"""What exact gradients cost: the log-likelihood of an IMM of three modes and its derivatives by ten parameters, on one
+core.
+"""
 
 from __future__ import annotations
 
@@ -38,9 +40,7 @@ def jobs(tracks: int, scans: int) -> dict[str, Job]:
         return filter.filter(**given.keywords(), threads=1, outputs=("log_likelihood",)).log_likelihood
 
     def slopes(_: Any) -> Any:
-        return np.vstack(
-            [part[..., 0].reshape(-1, tracks) for part in gradient(filter, tangents, given, threads=1)]
-        )
+        return np.vstack([part[..., 0].reshape(-1, tracks) for part in gradient(filter, tangents, given, threads=1)])
 
     return {VALUE: Job(value, tracks * scans), SLOPES: Job(slopes, tracks * scans)}
 

@@ -44,10 +44,15 @@ def jobs(share: float = 1.0) -> dict[str, Callable[[], Any]]:
         lambda: genetic.identify(10.0, runs, settings=settings),
         lambda: train_end_to_end(training, validation, **wide, steps=some(1200), patience=1200),
         lambda: train_scores_end_to_end(
-            WIDE_BANK, training, validation.take(slice(0, 500)), start=untrained(len(WIDE_BANK)), steps=some(120), patience=120
+            WIDE_BANK,
+            training,
+            validation.take(slice(0, 500)),
+            start=untrained(len(WIDE_BANK)),
+            steps=some(120),
+            patience=120,
         ),
         lambda: fit_anfis(u, y, epochs=some(300)),
-    ]  # fmt: skip
+    ]
     return dict(zip(LIMITS, made, strict=True))
 
 

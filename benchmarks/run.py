@@ -28,8 +28,19 @@ POOLS = (
 # memory that is freed stays with the process, so that a round does not pay for pages fresh from the system
 KEPT = {"MALLOC_MMAP_MAX_": "0", "MALLOC_TRIM_THRESHOLD_": str(1 << 40)}
 TASKS = (
-    "engine", "adaptive", "structure", "learning", "gradients", "peers", "fresh", "threads", "memory", "start", "track", "compare",
-)  # fmt: skip
+    "engine",
+    "adaptive",
+    "structure",
+    "learning",
+    "gradients",
+    "peers",
+    "fresh",
+    "threads",
+    "memory",
+    "start",
+    "track",
+    "compare",
+)
 FLAGS = {
     "v4": {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
     "v3": {"avx2", "fma", "bmi2"},
@@ -75,9 +86,7 @@ def machine() -> dict[str, str]:
     info = Path("/proc/cpuinfo")
     if info.exists():
         found = [
-            line.split(":", 1)[1].strip()
-            for line in info.read_text().splitlines()
-            if line.startswith("model name")
+            line.split(":", 1)[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")
         ]
         model = found[0] if found else model
     versions = {name: _version(name) for name in ("jink", "numpy")}
@@ -91,12 +100,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="benchmarks.run", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    parser.add_argument(
-        "--quick", action="store_true", help="smaller sizes, under a minute; nothing is written"
-    )
-    parser.add_argument(
-        "--only", nargs="+", choices=TASKS, default=TASKS, help="some tasks only; nothing is written"
-    )
+    parser.add_argument("--quick", action="store_true", help="smaller sizes, under a minute; nothing is written")
+    parser.add_argument("--only", nargs="+", choices=TASKS, default=TASKS, help="some tasks only; nothing is written")
     parser.add_argument(
         "--output",
         type=Path,
@@ -105,12 +110,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     facts = machine()
     results = measure(tuple(options.only), options.quick)
-    rows = (
-        targets.rows(results)
-        + adaptive_targets.rows(results)
-        + learning.rows(results)
-        + gradients.rows(results)
-    )
+    rows = targets.rows(results) + adaptive_targets.rows(results) + learning.rows(results) + gradients.rows(results)
     if options.only != TASKS:
         rows = [row for row in rows if row.measured != "not measured" and "(not run)" not in row.measured]
     text = table.report(rows, results, facts, "quick: indicative only" if options.quick else "full")

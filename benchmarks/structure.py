@@ -1,11 +1,13 @@
-"""What a variable structure gains and loses: three modes alive of forty against all forty, speed and accuracy side by side.
+"""What a variable structure gains and loses: three modes alive of forty against all forty, speed and accuracy side by
+side.
 
-`slow`: of choi-2001's forty levels of acceleration noise the target's walks to a neighbour in one scan of twenty, which is what
-the filters believe; positions of 10 m, so that the level matters (with the paper's 1 m all filters come within 2 %). `best level` is
-the Kalman filter of the level that turns out best. The adaptive grid runs over the same range in equal ratios, its points never nearer
-than `APART` of forty levels, 6.6 times in variance; over choi-2001's equal differences and with points that may come as near as a
-level, measurements cannot tell them apart and the grid does not move. `IMM of 3` has three levels in equal ratios, which stay where
-they are. Then choi-2001's scenarios, where the level that fits jumps from end to end.
+`slow`: of choi-2001's forty levels of acceleration noise the target's walks to a neighbour in one scan of twenty, which
+is what the filters believe; positions of 10 m, so that the level matters (with the paper's 1 m all filters come within
+2 %). `best level` is the Kalman filter of the level that turns out best. The adaptive grid runs over the same range in
+equal ratios, its points never nearer than `APART` of forty levels, 6.6 times in variance; over choi-2001's equal
+differences and with points that may come as near as a level, measurements cannot tell them apart and the grid does not
+move. `IMM of 3` has three levels in equal ratios, which stay where they are. Then choi-2001's scenarios, where the
+level that fits jumps from end to end.
 """
 
 from __future__ import annotations
@@ -39,9 +41,7 @@ METHODS = {
     ALL: lambda modes, sensor, chain: jink.IMM(modes, sensor, chain, mode_probability=_first(len(modes))),
     "digraph switching": DigraphSwitching,
     "active digraph, 3 alive": ActiveDigraph,
-    "adaptive grid": lambda modes, sensor, chain: AdaptiveGrid(
-        noise_levels(GRID), sensor, STAY, least_step=APART
-    ),
+    "adaptive grid": lambda modes, sensor, chain: AdaptiveGrid(noise_levels(GRID), sensor, STAY, least_step=APART),
     "adaptive grid, points a level apart": lambda modes, sensor, chain: AdaptiveGrid(modes, sensor, STAY),
     "IMM of 3": lambda modes, sensor, chain: jink.IMM(
         noise_levels(np.geomspace(CHOI_2001[0], CHOI_2001[-1], 3)), sensor, line_transition(3, stay=STAY)
@@ -84,7 +84,9 @@ def jobs(tracks: int, scans: int) -> dict[str, Job]:
 
 
 def accuracy(tracks: int, scans: int, runs: int) -> dict[str, dict[str, list[float]]]:
-    """Position RMSE (m) and its standard error, by scenario and method; of raw measurements and of the best level too."""
+    """Position RMSE (m) and its standard error, by scenario and method; of raw measurements and of the best level
+    too.
+    """
     out = {"slow": _accuracy(slow(tracks, scans), min(SETTLED, scans // 2), SLOW_SD)}
     for name in JUMPS:
         seen = by_name(name).simulate(runs, seed=1)

@@ -19,9 +19,20 @@ def report(rows: Sequence[Row], results: dict[str, Any], machine: dict[str, str]
     reached, short, unknown = (counted.count(mark) for mark in (True, False, None))
     summary = f"{reached} of {len(counted)} targets reached, {short} short, {unknown} not measured."
     lines = [
-        "# Speed and memory", "", f"Written by `make bench` ({size}). {facts}.", "", summary, "",
-        *target_table(rows), "", "## Peers", "", *peer_table(results.get("peers", {})), "", *HOW,
-    ]  # fmt: skip
+        "# Speed and memory",
+        "",
+        f"Written by `make bench` ({size}). {facts}.",
+        "",
+        summary,
+        "",
+        *target_table(rows),
+        "",
+        "## Peers",
+        "",
+        *peer_table(results.get("peers", {})),
+        "",
+        *HOW,
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -38,9 +49,7 @@ def peer_table(race: dict[str, Any]) -> list[str]:
         entries = race.get(job, {})
         for key, entry in entries.items():
             version = race.get("versions", {}).get(key, "") if "missing" not in entry else ""
-            cells.append(
-                (title, key.replace("_", "-"), version, *_peer_cells(entry, entries.get("jink", {})))
-            )
+            cells.append((title, key.replace("_", "-"), version, *_peer_cells(entry, entries.get("jink", {}))))
             title = ""
     for name, why in peers.LEFT_OUT.items():
         cells.append(("", name, "", "not installed", "", "", why))
@@ -96,7 +105,8 @@ HOW = """\
 - Memory is the growth of the process's peak resident size during one call, plus the inputs, over inputs and
   outputs.
 - Threads are timed by the wall clock; of 40 rounds the quicker half counts, the one other processes disturb less.
-- Trainings run alone on all cores, the quickest of three rounds; what counts is processor time, which other work on the machine does
+- Trainings run alone on all cores, the quickest of three rounds; what counts is processor time, which other work on the
+machine does
   not add to and the wall clock on two idle cores does not exceed.
 - Start-up and `jink track` are whole processes by the wall clock; `track` has all cores.\
 """.splitlines()

@@ -27,9 +27,17 @@ class Row:
 def rows(results: dict[str, Any]) -> list[Row]:
     """The whole table from the results of all tasks; a task missing or failed leaves rows that say so."""
     parts: Sequence[Callable[[dict[str, Any]], list[Row]]] = (
-        _imm_rows, _imm_peer_rows, _harder_rows, _kalman_rows, _thread_rows, _live_rows, _track_rows,
-        _compare_rows, _start_rows, _memory_rows,
-    )  # fmt: skip
+        _imm_rows,
+        _imm_peer_rows,
+        _harder_rows,
+        _kalman_rows,
+        _thread_rows,
+        _live_rows,
+        _track_rows,
+        _compare_rows,
+        _start_rows,
+        _memory_rows,
+    )
     return [row for part in parts for row in part(results)]
 
 
@@ -92,10 +100,7 @@ def _kalman_rows(results: dict[str, Any]) -> list[Row]:
     names = {"dynamax": "dynamax", "simdkalman": "simdkalman"}
     return [
         first,
-        *(
-            _peer_row(results, "kalman", key, f"that Kalman filter against {name}", 20)
-            for key, name in names.items()
-        ),
+        *(_peer_row(results, "kalman", key, f"that Kalman filter against {name}", 20) for key, name in names.items()),
     ]
 
 
@@ -112,19 +117,14 @@ def _thread_rows(results: dict[str, Any]) -> list[Row]:
 
 def _live_rows(results: dict[str, Any]) -> list[Row]:
     level = best_level(results)
-    one = _cost_row(
-        "one live update of one IMM track from Python", _lap(results, level, "live"), 1e6, "µs", 1.5
-    )
+    one = _cost_row("one live update of one IMM track from Python", _lap(results, level, "live"), 1e6, "µs", 1.5)
     peers = [
         ("filterpy", "FilterPy", 200),
         ("kalbee", "kalbee", 200),
         ("nrl_tracker", "nrl-tracker", 1),
         ("quakfilter", "quakfilter", 1),
     ]
-    races = [
-        _peer_row(results, "live", key, f"that live update against {name}", limit)
-        for key, name, limit in peers
-    ]
+    races = [_peer_row(results, "live", key, f"that live update against {name}", limit) for key, name, limit in peers]
     batch = _lap(results, level, "live batch")
     return [one, *races, _cost_row("one live scan of 10,000 tracks at once, one core", batch, 1e3, "ms", 1.5)]
 
@@ -145,9 +145,7 @@ def _track_rows(results: dict[str, Any]) -> list[Row]:
 def _compare_rows(results: dict[str, Any]) -> list[Row]:
     """The race of filters: its time, and that its memory does not grow with the runs."""
     raced, long = results.get("compare", {}), results.get("compare, long", {})
-    what = (
-        "`jink compare lee-2003`, ten filters × 1000 runs × 180 scans, simulation and process start included"
-    )
+    what = "`jink compare lee-2003`, ten filters × 1000 runs × 180 scans, simulation and process start included"
     if "seconds" not in raced or "seconds" not in long:
         task = "compare" if "seconds" not in raced else "compare, long"
         return [_missing(results, task, what, "≤ 5 s")]
@@ -170,9 +168,7 @@ def _start_rows(results: dict[str, Any]) -> list[Row]:
             out.append(_missing(results, "start", what, must))
             continue
         numpy, ours = (1e3 * statistics.median(start[key]) for key in ("numpy", name))
-        out.append(
-            Row(what, f"{ours:.0f} ms = {numpy:.0f} ms + {ours - numpy:.0f} ms", must, ours - numpy <= limit)
-        )
+        out.append(Row(what, f"{ours:.0f} ms = {numpy:.0f} ms + {ours - numpy:.0f} ms", must, ours - numpy <= limit))
     return out
 
 

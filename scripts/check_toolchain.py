@@ -18,7 +18,8 @@ def compiler() -> str | None:
 def main() -> None:
     if sys.version_info < (3, 11):
         sys.exit(
-            f"jink needs Python 3.11 or later, and {sys.executable} is {sys.version.split()[0]}; name another: make PYTHON=…"
+            f"jink needs Python 3.11 or later, and {sys.executable} is {sys.version.split()[0]}; name another: "
+            "make PYTHON=…"
         )
     found = compiler()
     if found is None:
@@ -26,9 +27,7 @@ def main() -> None:
     with tempfile.NamedTemporaryFile(suffix=".cpp", mode="w") as source:
         source.write(SOURCE)
         source.flush()
-        done = subprocess.run(
-            [found, "-std=c++20", "-fsyntax-only", source.name], capture_output=True, text=True
-        )
+        done = subprocess.run([found, "-std=c++20", "-fsyntax-only", source.name], capture_output=True, text=True)
     if done.returncode:
         sys.exit(f"jink needs a C++20 compiler, and {found} is none: {WANTED}.")
 

@@ -2,7 +2,8 @@
 
     pip download --no-deps traffic==2.13
     python scripts/extract_flights.py traffic-2.13-py3-none-any.whl
-    python scripts/extract_flights.py traffic-2.13-py3-none-any.whl --all -o quickstart.parquet     # the whole collection, 213 flights
+    python scripts/extract_flights.py traffic-2.13-py3-none-any.whl --all -o quickstart.parquet     # the whole
+    collection, 213 flights
 
 Columns and values are the source's own (only renamed so that they carry their unit); rows are not cleaned:
 stale positions and gaps are part of the example. A clear turn: the course, taken from positions 10 s apart,
@@ -39,9 +40,7 @@ def read(source: Path) -> pl.DataFrame:
     """The collection from the wheel, or from the .json.gz inside it."""
     content = zipfile.ZipFile(source).read(MEMBER) if source.suffix == ".whl" else source.read_bytes()
     rows = json.loads(gzip.decompress(content))
-    table = pl.DataFrame(
-        [[row[name] for row in rows] for name in NAMES], schema=list(NAMES.values()), strict=False
-    )
+    table = pl.DataFrame([[row[name] for row in rows] for name in NAMES], schema=list(NAMES.values()), strict=False)
     return table.with_columns(pl.from_epoch("time", time_unit="ms").dt.replace_time_zone("UTC"))
 
 
@@ -56,12 +55,7 @@ def clear_turns(flight: pl.DataFrame) -> int:
     latitude = np.interp(grid, seconds[fresh], latitude[fresh])
     longitude = np.interp(grid, seconds[fresh], longitude[fresh])
     north = (latitude[WINDOW:] - latitude[:-WINDOW]) * 111_200.0 / WINDOW
-    east = (
-        (longitude[WINDOW:] - longitude[:-WINDOW])
-        * 111_200.0
-        * np.cos(np.radians(latitude[WINDOW:]))
-        / WINDOW
-    )
+    east = (longitude[WINDOW:] - longitude[:-WINDOW]) * 111_200.0 * np.cos(np.radians(latitude[WINDOW:])) / WINDOW
     course = np.unwrap(np.arctan2(east, north))
     rate = (course[WINDOW:] - course[:-WINDOW]) / WINDOW
     speed = np.hypot(east, north)[WINDOW // 2 : -(WINDOW // 2)]
@@ -73,9 +67,7 @@ def clear_turns(flight: pl.DataFrame) -> int:
 
 def main() -> None:
     """Rank the flights by clear turns, keep the first, write one Parquet file."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("source", type=Path, help="the wheel of traffic 2.13, or its quickstart.json.gz")
     parser.add_argument("-o", "--output", type=Path, default=Path("examples/flights.parquet"))
     parser.add_argument("-n", "--flights", type=int, default=25)

@@ -1,6 +1,7 @@
 """Adaptive and learned filters of any size, for the property tests: every length in them in units of the sensor's sd.
 
-A family is a function of a draw of numbers and a unit of length (m) that returns a filter; doubling the unit doubles every length.
+A family is a function of a draw of numbers and a unit of length (m) that returns a filter; doubling the unit doubles
+every length.
 """
 
 from __future__ import annotations
@@ -28,15 +29,11 @@ class Draw:
         start = jink.TwoPoint if self.two_points else jink.OnePoint
         more = {"initial": start(velocity_sd=50.0 * unit)}
         if self.outliers:
-            more["outliers"] = jink.Outliers(
-                share=0.05, extent=1e4 * unit, velocity_extent=1e3 * unit, restart_after=2
-            )
+            more["outliers"] = jink.Outliers(share=0.05, extent=1e4 * unit, velocity_extent=1e3 * unit, restart_after=2)
         return jink.Position(sd=unit, axes=2), more
 
 
-draws = st.builds(
-    Draw, st.lists(ratios, min_size=4, max_size=4), st.integers(0, 99), st.booleans(), st.booleans()
-)
+draws = st.builds(Draw, st.lists(ratios, min_size=4, max_size=4), st.integers(0, 99), st.booleans(), st.booleans())
 
 
 def cv(d, unit, k=0):
@@ -44,17 +41,13 @@ def cv(d, unit, k=0):
 
 
 def ca(d, unit):
-    return jink.ConstantAcceleration(
-        jerk_psd=(d.ratios[1] * unit) ** 2, acceleration_prior_sd=d.ratios[2] * unit
-    )
+    return jink.ConstantAcceleration(jerk_psd=(d.ratios[1] * unit) ** 2, acceleration_prior_sd=d.ratios[2] * unit)
 
 
 def current(d, unit, fuzzy):
     limit = 3.0 * d.ratios[-1] * unit
     limits = (
-        {"limits": jink.FuzzyLimits(threshold=limit, operating=0.9 * limit)}
-        if fuzzy
-        else {"acceleration_max": limit}
+        {"limits": jink.FuzzyLimits(threshold=limit, operating=0.9 * limit)} if fuzzy else {"acceleration_max": limit}
     )
     return jink.CurrentStatistical(**limits, time_constant=15.0, acceleration_prior_sd=d.ratios[2] * unit)
 
@@ -83,23 +76,26 @@ def fuzzy(d, unit):
 
 def network_noise(d, unit):
     network = NoiseNetwork(
-        network=random_network([3, 4, 1], d.seed), inputs="log-nis", output="log-variance", centre=[0.0] * 3, scale=[2.0] * 3,
-        least=d.ratios[0] ** 2, most=2 * d.ratios[-1] ** 2, start=d.ratios[-1] ** 2, sensor_sd=1.0,
-    )  # fmt: skip
+        network=random_network([3, 4, 1], d.seed),
+        inputs="log-nis",
+        output="log-variance",
+        centre=[0.0] * 3,
+        scale=[2.0] * 3,
+        least=d.ratios[0] ** 2,
+        most=2 * d.ratios[-1] ** 2,
+        start=d.ratios[-1] ** 2,
+        sensor_sd=1.0,
+    )
     return jink.NetworkNoise(cv(d, unit), network.scaled(unit))
 
 
 def aimm(d, unit):
     sensor, more = d.common(unit)
     axis = [[0.0, 0.0]] + [
-        [s * d.ratios[-1] * unit * (a == 0), s * d.ratios[-1] * unit * (a == 1)]
-        for a in (0, 1)
-        for s in (-1, 1)
+        [s * d.ratios[-1] * unit * (a == 0), s * d.ratios[-1] * unit * (a == 1)] for a in (0, 1) for s in (-1, 1)
     ]
     modes = [jink.AccelerationLevel(cv(d, unit), level, estimated=True) for level in axis]
-    return jink.AdaptiveIMM(
-        modes, sensor, 0.9, estimator=jink.TwoStageAcceleration(**biased(d, unit)), **more
-    )
+    return jink.AdaptiveIMM(modes, sensor, 0.9, estimator=jink.TwoStageAcceleration(**biased(d, unit)), **more)
 
 
 def several(kind, fuzzy_mode=False):
@@ -165,9 +161,15 @@ def aided(inputs):
             model = Anfis("gaussian", functions, rules.tolist())
         length = unit if inputs == "titi-guney" else 1.0
         corrector = Corrector(
-            model=model, inputs=inputs, low=[-5 * length] * 2, high=[5 * length] * 2, centre=[0.0, 0.0], scale=[3 * length] * 2,
-            output_scale=[0.5 * length], fade=0.5,
-        )  # fmt: skip
+            model=model,
+            inputs=inputs,
+            low=[-5 * length] * 2,
+            high=[5 * length] * 2,
+            centre=[0.0, 0.0],
+            scale=[3 * length] * 2,
+            output_scale=[0.5 * length],
+            fade=0.5,
+        )
         return jink.Aided(several(jink.IMM)(d, unit), corrector)
 
     return build

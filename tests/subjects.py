@@ -89,9 +89,7 @@ NONLINEAR = dict.fromkeys(
     ],
     "not a linear filter",
 )
-OWN = dict.fromkeys(
-    NAMED, "its parameters are its own; the clause is tested on compositions of the same parts"
-)
+OWN = dict.fromkeys(NAMED, "its parameters are its own; the clause is tested on compositions of the same parts")
 
 
 def because(reason, *names):
@@ -100,9 +98,7 @@ def because(reason, *names):
 
 
 LED_ASTRAY = "50 km throws its turn rate off, and without gating it takes long to come back"
-CHOLESKY = dict.fromkeys(
-    ["kalman-ct-ukf", "imm-ukf"], "sigma points lie along the axes of the Cholesky factor"
-)
+CHOLESKY = dict.fromkeys(["kalman-ct-ukf", "imm-ukf"], "sigma points lie along the axes of the Cholesky factor")
 NETWORK = because("its network was not trained to take the axes for equal", "nnvsmm")
 # what a smoother of theirs would have to be, and what the refusal says instead: test_smoothing_is_refused
 NOT_SMOOTHED = (

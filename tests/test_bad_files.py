@@ -1,4 +1,6 @@
-"""Filter files that make no sense end `jink track --filter FILE` with status 2, one line that names the entry, and no output."""
+"""Filter files that make no sense end `jink track --filter FILE` with status 2, one line that names the entry, and no
+output.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What makes no sense is refused before anything runs: every message names the parameter, what it was and what was expected.
+"""What makes no sense is refused before anything runs: every message names the parameter, what it was and what was
+expected.
 
 The same through files and the command: test_bad_files.
 """
@@ -111,7 +112,8 @@ REFUSED = {  # a call, and what its message must say
     ),
     "an estimate that nobody makes": (
         lambda: jink.IMM([AROUND, CV], PLANE, 0.9),
-        "AccelerationLevel.estimated counts from what a jink.AdaptiveIMM estimates; IMM has no such estimate; expected estimated=False",
+        "AccelerationLevel.estimated counts from what a jink.AdaptiveIMM estimates; IMM has no such estimate; "
+        "expected estimated=False",
     ),
     "an estimate that nobody makes, deeper": (
         lambda: jink.Kalman(jink.FuzzyNoise(AROUND, jink.FuzzyRules.constant(3.0, 50.0)), PLANE),
@@ -210,7 +212,7 @@ def noise_network(**changed):
         "centre": [0.0] * 3,
         "scale": [1.0] * 3,
     }
-    return jink.models.noise_network.NoiseNetwork(network=random_network([3, 4, 1], 6), **{**given, **changed})  # fmt: skip
+    return jink.models.noise_network.NoiseNetwork(network=random_network([3, 4, 1], 6), **{**given, **changed})
 
 
 @pytest.mark.parametrize("what", REFUSED)

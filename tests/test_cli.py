@@ -267,9 +267,7 @@ def test_a_stream_of_json_lines_is_answered_line_by_line():
     refused = [json.loads(line) for line in done.stderr.splitlines() if line.startswith(b"{")]
     assert done.returncode == 0 and len(rows) == 58 and [row["row"] for row in refused] == [30, 40]
     assert refused[1]["reason"] == "time runs backwards" and rows[0]["row"] == 0
-    assert rows[-1]["speed"] == pytest.approx(222.4, rel=0.02) and rows[-1]["altitude"] == pytest.approx(
-        3048, rel=0.01
-    )
+    assert rows[-1]["speed"] == pytest.approx(222.4, rel=0.02) and rows[-1]["altitude"] == pytest.approx(3048, rel=0.01)
     assert rows[-1]["latitude"] == pytest.approx(48 + 0.002 * 59, abs=3e-4)
 
 
@@ -309,9 +307,7 @@ def test_estimates_come_while_the_stream_is_still_open():
     process.stdout.close()
 
 
-@pytest.mark.parametrize(
-    "content", [b"", b"{}\n", b"garbage\n\xff\xfe\n", b'{"t": 1, "range": 5, "azimuth": 1}\n']
-)
+@pytest.mark.parametrize("content", [b"", b"{}\n", b"garbage\n\xff\xfe\n", b'{"t": 1, "range": 5, "azimuth": 1}\n'])
 def test_a_hopeless_stream_ends_with_exit_2(content):
     done = piped("track", "-", stdin=content)
     assert done.returncode == 2 and done.stdout == b"" and b"Traceback" not in done.stderr

@@ -144,13 +144,9 @@ def test_mahalanobis_is_that_of_the_inverse():
 
 
 def test_noise_is_found_by_golden_section():
-    assert golden_section(lambda x: (x - 1.2345) ** 2, 0, 5, tolerance=1e-6) == pytest.approx(
-        1.2345, abs=1e-5
-    )
+    assert golden_section(lambda x: (x - 1.2345) ** 2, 0, 5, tolerance=1e-6) == pytest.approx(1.2345, abs=1e-5)
     assert best_noise(lambda q: math.log(q / 3.0) ** 2, 1e-6, 1e6) == pytest.approx(3.0, rel=0.02)
-    assert best_noise(lambda q: math.nan if q < 1 else math.log(q / 3.0) ** 2, 1e-6, 1e6) == pytest.approx(
-        3, rel=0.02
-    )
+    assert best_noise(lambda q: math.nan if q < 1 else math.log(q / 3.0) ** 2, 1e-6, 1e6) == pytest.approx(3, rel=0.02)
 
 
 def test_the_race_against_a_textbook_imm(tmp_path):
@@ -258,9 +254,7 @@ def refused(path, message, scenario="random-turns"):
 def test_filter_files_that_do_not_fit_are_refused(tmp_path):
     path = tmp_path / "f.json"
     refused(path, "no filter file")
-    jink.Kalman(jink.ConstantVelocity(acceleration_sd=9.0), jink.Polar(range_sd=9.0, azimuth_sd=0.1)).save(
-        path
-    )
+    jink.Kalman(jink.ConstantVelocity(acceleration_sd=9.0), jink.Polar(range_sd=9.0, azimuth_sd=0.1)).save(path)
     refused(path, "its sensor measures range, azimuth; random-turns is seen by a sensor of x, y")
     refused(path, "its sensor measures range, azimuth;", "terminal-area")
     body = json.loads(path.read_text())
@@ -271,10 +265,7 @@ def test_filter_files_that_do_not_fit_are_refused(tmp_path):
     path.write_text("{")
     refused(path, "no JSON")
     jink.Kalman(jink.ConstantVelocity(acceleration_sd=9.0), jink.Position(sd=9.0)).save(path)
-    assert (
-        "another measurement noise"
-        in compare(short("random-turns", 30), [str(path)], 2).entrants[str(path)].note
-    )
+    assert "another measurement noise" in compare(short("random-turns", 30), [str(path)], 2).entrants[str(path)].note
 
 
 def test_interrupted_the_finished_runs_are_summarised(monkeypatch):

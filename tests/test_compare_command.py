@@ -23,9 +23,7 @@ def short(name: str, scans: int, **changes):
 
 
 def ask(**changes) -> int:
-    return run_compare(
-        CompareRequest(**{"scenario": "choi-2001-1", "filters": "", "runs": 20, "seed": 1, **changes})
-    )
+    return run_compare(CompareRequest(**{"scenario": "choi-2001-1", "filters": "", "runs": 20, "seed": 1, **changes}))
 
 
 @pytest.mark.parametrize(
@@ -63,9 +61,16 @@ def test_json_has_the_promised_form(tmp_path, capsys):
     assert (body["scenario"], body["runs"], body["seed"]) == ("choi-2001-1", 20, 1)
     assert set(ALWAYS) <= set(body["filters"]) <= set(ENTRANTS)
     assert set(body["filters"]["imm"]) >= {
-        "position_rmse", "velocity_rmse", "acceleration_rmse", "normalised_position", "normalised_velocity",
-        "nees_inside", "nis_inside", "lost", "us_per_update",
-    }  # fmt: skip
+        "position_rmse",
+        "velocity_rmse",
+        "acceleration_rmse",
+        "normalised_position",
+        "normalised_velocity",
+        "nees_inside",
+        "nis_inside",
+        "lost",
+        "us_per_update",
+    }
     assert all(set(f) == {"value", "se"} for filter in body["filters"].values() for f in filter.values())
     assert body["comparisons"]["singer"]["raw"]["position_rmse"]["verdict"] in (
         "better",
@@ -87,8 +92,13 @@ def test_a_file_without_truth_is_scored_on_held_out_predictions(runs, tmp_path, 
     body = json.loads((tmp_path / "o.json").read_text())
     assert set(body["filters"]) == {"raw", "kalman-cv", "kalman-ca", "imm", "imm-cv-ct"}
     assert set(body["filters"]["imm"]) == {
-        "prediction_rmse", "prediction_score", "nis", "nis_inside", "gated", "us_per_update",
-    }  # fmt: skip
+        "prediction_rmse",
+        "prediction_score",
+        "nis",
+        "nis_inside",
+        "gated",
+        "us_per_update",
+    }
     verdict = body["comparisons"]["kalman-cv"]["raw"]["prediction_rmse"]["verdict"]
     assert verdict == "better" and body["skipped"]["clairvoyant"] == "needs the truth"
     assert ("other targets" in body["about"]["kalman-cv"]["fitted_on_this_scenario"]) == (runs == 24)
@@ -101,9 +111,7 @@ def test_predictions_are_those_of_the_state_before(tmp_path):
     from jink.scenarios.table import simulation_table
 
     path = tmp_path / "seen.csv"
-    simulation_table(short("random-turns", 30).simulate(3, 1)).select("target", "time", "x", "y").write_csv(
-        path
-    )
+    simulation_table(short("random-turns", 30).simulate(3, 1)).select("target", "time", "x", "y").write_csv(path)
     recording = read(str(path), "fighter", 0)
     tracks = recording.tracks
     assert (tracks.rows, recording.left_out) == (90, 0)
@@ -115,7 +123,9 @@ def test_predictions_are_those_of_the_state_before(tmp_path):
 
 @pytest.mark.parametrize("name", ["vsmm-ds", "fuzzy-imm", "input-estimation", "nnvsmm"])
 def test_filters_that_count_rows_predict_live(name, tmp_path):
-    """A row without a measurement would move on what is alive, or leave the last residual: predicted target by target instead."""
+    """A row without a measurement would move on what is alive, or leave the last residual: predicted target by target
+    instead.
+    """
     from jink.catalogue.purpose import Purpose
     from jink.catalogue.registry import FILTERS
     from jink.compare.recorded import predictions, read
@@ -123,9 +133,7 @@ def test_filters_that_count_rows_predict_live(name, tmp_path):
 
     path = tmp_path / "seen.csv"
     table = simulation_table(short("random-turns", 30).simulate(3, 1)).select("target", "time", "x", "y")
-    table.filter((table["target"] != table["target"][0]) | (table["time"] < 20)).write_csv(
-        path
-    )  # one ends early
+    table.filter((table["target"] != table["target"][0]) | (table["time"] < 20)).write_csv(path)  # one ends early
     recording = read(str(path), "fighter", 0)
     tracks = recording.tracks
     filter = FILTERS[name](Purpose(sensor=recording.sensor, kind="fighter")).filter

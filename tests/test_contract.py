@@ -53,9 +53,7 @@ def test_linear_gaussian_is_the_kalman_filter(name):
     z = rng.normal(0, 30.0, (8, 2))
     z[3], z[5, 1] = np.nan, np.nan
     est = filter_.filter(t, z)
-    want, log_likelihood = exact.condition(
-        [oracle_motion], [0] * 8, start, np.r_[0, np.diff(t)], z, 625.0 * np.eye(2)
-    )
+    want, log_likelihood = exact.condition([oracle_motion], [0] * 8, start, np.r_[0, np.diff(t)], z, 625.0 * np.eye(2))
     assert_allclose(est.x[-1], want[-1].x, rtol=1e-9)
     assert_allclose(est.P[-1], want[-1].P, rtol=1e-8, atol=1e-9)
     assert_allclose(est.log_likelihood, log_likelihood, rtol=1e-10)
@@ -166,9 +164,7 @@ def rotated(name, angle):
             M[np.ix_([i, j], [i, j])] = turn
     sd = np.sqrt(np.einsum("kii->ki", b.P))
     assert np.all(np.abs(a.x @ M.T - b.x) <= 1e-8 * (np.abs(b.x) + sd + 1e-12))
-    assert np.all(
-        np.abs(M @ a.P @ M.T - b.P) <= 1e-7 * np.nanmax(sd, axis=0) * np.nanmax(sd, axis=0)[:, None] + 1e-12
-    )
+    assert np.all(np.abs(M @ a.P @ M.T - b.P) <= 1e-7 * np.nanmax(sd, axis=0) * np.nanmax(sd, axis=0)[:, None] + 1e-12)
     assert_allclose(a.log_likelihood_scan, b.log_likelihood_scan, rtol=1e-7, atol=1e-7)
     return a, b
 
@@ -196,9 +192,7 @@ def test_covariances_stay_positive_over_a_hundred_thousand_scans(name):
     z[rng.random(N) < 0.05] = np.nan
     est = build(name).filter(t, z)
     assert np.isfinite(est.x[2:]).all()
-    assert_positive(
-        est.P[:: 97 if name.startswith("imm") else 31], est.status[:: 97 if name.startswith("imm") else 31]
-    )
+    assert_positive(est.P[:: 97 if name.startswith("imm") else 31], est.status[:: 97 if name.startswith("imm") else 31])
     assert_positive(est.P[-100:], est.status[-100:])
     assert_allclose(np.nansum(est.mode_probability[-100:], axis=1), 1, rtol=1e-12)
 

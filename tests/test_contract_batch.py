@@ -90,9 +90,7 @@ def test_smoothed_batch_is_a_loop(name):
     f = build(name)
     together = f.smooth(t, z, offsets=offsets, threads=2)
     for b, (tb, zb) in enumerate(tracks):
-        assert_same(
-            f.smooth(tb, zb), together, slice(offsets[b], offsets[b + 1]), ("x", "P", "mode_probability")
-        )
+        assert_same(f.smooth(tb, zb), together, slice(offsets[b], offsets[b + 1]), ("x", "P", "mode_probability"))
 
 
 @claims("neighbours")

@@ -43,7 +43,7 @@ def test_truth_from_a_file(simulated, tmp_path, capsys):
     out = tmp_path / "fitted.json"
     request = FitRequest(
         data=simulated, filter="imm-cv-ct", truth="true", kind="fighter", starts=1, output=str(out), json=True
-    )  # fmt: skip
+    )
     assert run_fit(request) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["objective"] == "tracking"
@@ -120,9 +120,25 @@ def test_ctrl_c_keeps_the_best_so_far_and_resume_ends_the_fit(tmp_path):
     """Exit status 130, the filter written and marked partial in the JSON; taken up again the fit ends with status 0."""
     out = tmp_path / "fitted.json"
     command = [
-        sys.executable, "-m", "jink", "fit", "random-turns", "--filter", "imm-cv-ct", "--runs", "400",
-        "--check-runs", "20", "--starts", "2", "--minutes", "30", "-o", str(out), "--json",
-    ]  # fmt: skip
+        sys.executable,
+        "-m",
+        "jink",
+        "fit",
+        "random-turns",
+        "--filter",
+        "imm-cv-ct",
+        "--runs",
+        "400",
+        "--check-runs",
+        "20",
+        "--starts",
+        "2",
+        "--minutes",
+        "30",
+        "-o",
+        str(out),
+        "--json",
+    ]
     kept = out.with_name("fitted.json.checkpoint")
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while process.poll() is None and not kept.exists():

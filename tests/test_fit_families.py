@@ -1,4 +1,6 @@
-"""One filter fitted on two random families reaches what it must on fresh draws of them, and on a scenario it never saw."""
+"""One filter fitted on two random families reaches what it must on fresh draws of them, and on a scenario it never
+saw.
+"""
 
 from __future__ import annotations
 

@@ -13,7 +13,9 @@ from jink.models.tracks import Tracks
 
 
 def flight(sd=0.0, seed=0, heights=True):
-    """60 s each: at rest, straight on at 100 m/s, turning by 3°/s, straight on climbing with 10 m/s; one row per second."""
+    """60 s each: at rest, straight on at 100 m/s, turning by 3°/s, straight on climbing with 10 m/s; one row per
+    second.
+    """
     t = np.arange(240.0)
     speed = np.where(t < 60, 0.0, 100.0)
     course = np.radians(3.0 * np.clip(t - 120.0, 0.0, 60.0))
@@ -52,8 +54,7 @@ def test_nis_of_the_right_filter_is_inside_its_band_and_that_of_a_wrong_one_is_n
     z = (np.cumsum(v, axis=1) + 5.0 * rng.standard_normal((n, T, 2))).reshape(-1, 2)
     tracks = Tracks(time, z, np.arange(n + 1) * T, owner=np.arange(n))
     right, timid, bold = (
-        jink.Kalman(jink.ConstantVelocity(acceleration_psd=0.01), jink.Position(sd=sd))
-        for sd in (5.0, 15.0, 2.0)
+        jink.Kalman(jink.ConstantVelocity(acceleration_psd=0.01), jink.Position(sd=sd)) for sd in (5.0, 15.0, 2.0)
     )
     for filter, low, high in ((right, 0.935, 0.965), (timid, 0.0, 0.9), (bold, 0.0, 0.9)):
         found = {s.part: s for s in shares(filter, tracks)}["straight"]
@@ -94,9 +95,7 @@ def test_files_are_split_by_target_and_repeats_do_not_count(tmp_path):
     asked = {"runs": 1, "check_runs": 1, "seed": 0, "kind": "vehicle", "columns": None, "truth": None}
     training = training_data(path, **asked)
     fitted, held = (set(np.asarray(each.owner).tolist()) for each in (training.tracks, training.held_out))
-    assert not fitted & held and all(
-        name in held or int(name) >= 12 for name in set(map(str, range(18))) - fitted
-    )
+    assert not fitted & held and all(name in held or int(name) >= 12 for name in set(map(str, range(18))) - fitted)
     assert all(int(name) < 12 for name in held | fitted)
 
 

@@ -19,9 +19,7 @@ FLIGHTS = str(Path(__file__).resolve().parents[1] / "examples" / "flights.parque
 
 
 def prepared(name, runs=20, check_runs=60):
-    training = training_data(
-        name, runs=runs, check_runs=check_runs, seed=0, kind="aircraft", columns=None, truth=None
-    )
+    training = training_data(name, runs=runs, check_runs=check_runs, seed=0, kind="aircraft", columns=None, truth=None)
     return training, chosen_objective(None, training, 1)
 
 
@@ -87,7 +85,7 @@ def test_a_file_within_its_budget(tmp_path, capsys):
     out, page = tmp_path / "best.json", tmp_path / "best.html"
     request = FitRequest(
         data=FLIGHTS, search=True, filter="cv,ca,cv+ca", minutes=0.5, output=str(out), report=str(page), json=True
-    )  # fmt: skip
+    )
     assert run_fit(request) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["best"] == "cv+ca" == said["search"][0]["filter"]
@@ -116,9 +114,7 @@ def test_interrupted_it_ranks_what_is_done(workers):
         if done == 2:
             raise KeyboardInterrupt
 
-    found = search(
-        training, objective, names=["cv", "ca", "cv+ca", "cv+ct"], workers=workers, progress=after_two
-    )
+    found = search(training, objective, names=["cv", "ca", "cv+ca", "cv+ct"], workers=workers, progress=after_two)
     assert found.partial and found.interrupted
     assert 2 <= len(found.ranked) < 4
     assert len(found.ranked) + len(found.left) == 4

@@ -24,10 +24,16 @@ RULES = jink.FuzzyRules.of([[0, 20, 0, 30, 1], [40, 30, 10, 25, 30], [-50, 20, -
 CHOOSING = jink.NetworkNoise(
     CV,
     NoiseNetwork(
-        network=mlp.as_network(mlp.initial([3, 4, 1], np.random.default_rng(3))), inputs="log-nis", output="log-variance",
-        centre=(2.0, 0.0, 0.0), scale=(2.0, 2.0, 2.0), least=0.1, most=400.0, start=4.0,
+        network=mlp.as_network(mlp.initial([3, 4, 1], np.random.default_rng(3))),
+        inputs="log-nis",
+        output="log-variance",
+        centre=(2.0, 0.0, 0.0),
+        scale=(2.0, 2.0, 2.0),
+        least=0.1,
+        most=400.0,
+        start=4.0,
     ),
-)  # fmt: skip
+)
 BIAS = jink.AugmentedAcceleration(acceleration_sd=1.0, bias_sd=1.0, bias_prior_sd=10.0)
 TWO_STAGE = jink.TwoStageAcceleration(acceleration_sd=1.0, bias_sd=1.0, bias_prior_sd=10.0)
 P1, PLANE = jink.Position(sd=25.0, axes=1), jink.Position(sd=25.0)
@@ -63,7 +69,9 @@ def tracks_for(filter):
 @pytest.mark.parametrize("figure", ["likelihood", "tracking"])
 @pytest.mark.parametrize("name", ADAPTIVE)
 def test_gradient_of_filters_that_adapt(name, figure):
-    """Fuzzy rules and limits, network weights, acceleration levels, side estimators, manoeuvre frequencies: every number."""
+    """Fuzzy rules and limits, network weights, acceleration levels, side estimators, manoeuvre frequencies: every
+    number.
+    """
     filter = ADAPTIVE[name]
     assert differentiable(filter)
     assert_gradient(filter, tracks_for(filter), figure)
@@ -73,12 +81,22 @@ def test_every_kind_of_number_is_found():
     """By name, in the filters above."""
     found = {name for filter in ADAPTIVE.values() for name in Parameters(filter, free=["*"]).names}
     for name in (
-        "current_statistical.acceleration_max", "current_statistical.time_constant", "current_statistical.limits.up",
-        "fuzzy_constant_velocity.rule_2.centre.change", "fuzzy_constant_velocity.rule_3.variance", "outliers.share",
-        "network_constant_velocity.network.layer_1.weight_2_3", "network_constant_velocity.network.layer_2.bias_1",
-        "acceleration_level.acceleration.x", "estimator.bias_sd", "two_stage_acceleration.bias_sd", "singer.time_constant",
-        "sensor.sd", "sojourn.constant_velocity", "transition.constant_velocity.current_statistical",
-    ):  # fmt: skip
+        "current_statistical.acceleration_max",
+        "current_statistical.time_constant",
+        "current_statistical.limits.up",
+        "fuzzy_constant_velocity.rule_2.centre.change",
+        "fuzzy_constant_velocity.rule_3.variance",
+        "outliers.share",
+        "network_constant_velocity.network.layer_1.weight_2_3",
+        "network_constant_velocity.network.layer_2.bias_1",
+        "acceleration_level.acceleration.x",
+        "estimator.bias_sd",
+        "two_stage_acceleration.bias_sd",
+        "singer.time_constant",
+        "sensor.sd",
+        "sojourn.constant_velocity",
+        "transition.constant_velocity.current_statistical",
+    ):
         assert name in found, sorted(found)
 
 

@@ -32,12 +32,18 @@ def test_follows_a_straight_line(kind, sensor):
     truth = np.array([5000.0, 8000.0, 1000.0]) + time[:, None] * velocity
     ranges = np.linalg.norm(truth[:, : int(sensor.axes or 2)], axis=1)
     columns = {
-        "x": truth[:, 0], "y": truth[:, 1], "z": truth[:, 2],
-        "vx": velocity[0] + 0 * time, "vy": velocity[1] + 0 * time, "vz": 0 * time,
-        "range": ranges, "azimuth": np.arctan2(truth[:, 0], truth[:, 1]), "height": truth[:, 2],
+        "x": truth[:, 0],
+        "y": truth[:, 1],
+        "z": truth[:, 2],
+        "vx": velocity[0] + 0 * time,
+        "vy": velocity[1] + 0 * time,
+        "vz": 0 * time,
+        "range": ranges,
+        "azimuth": np.arctan2(truth[:, 0], truth[:, 1]),
+        "height": truth[:, 2],
         "elevation": np.arctan2(truth[:, 2], np.hypot(truth[:, 0], truth[:, 1])),
         "range_rate": (truth @ velocity) / ranges,
-    }  # fmt: skip
+    }
     sds = np.sqrt(np.asarray(sensor.native().noise))
     z = np.column_stack([columns[name] for name in sensor.components])
     z = z + sds * np.random.default_rng(3).normal(size=z.shape)

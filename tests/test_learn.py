@@ -1,4 +1,6 @@
-"""`jink learn`: every recipe on simulated targets and on a file, what is written, what is refused, stopped and taken up again."""
+"""`jink learn`: every recipe on simulated targets and on a file, what is written, what is refused, stopped and taken up
+again.
+"""
 
 from __future__ import annotations
 
@@ -121,9 +123,7 @@ def test_the_file_s_race_is_the_error_against_its_truth(recorded):
     from jink.fit.fitting import training_data
 
     learned = learn("nn-kf", str(recorded), epochs=2)
-    training = training_data(
-        str(recorded), runs=1, check_runs=1, seed=0, kind="aircraft", columns=None, truth="true"
-    )
+    training = training_data(str(recorded), runs=1, check_runs=1, seed=0, kind="aircraft", columns=None, truth="true")
     owners = set(training.held_out.owner.tolist())
     table = pl.read_parquet(recorded).filter(pl.col("target").cast(str).is_in(owners) & (pl.col("scan") >= 3))
     error = (pl.col("x") - pl.col("true_x")) ** 2 + (pl.col("y") - pl.col("true_y")) ** 2

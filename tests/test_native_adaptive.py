@@ -1,4 +1,6 @@
-"""The native adaptive filters against the textbook, to 1e-9 scaled by conditioning: irregular steps, whole and partial misses."""
+"""The native adaptive filters against the textbook, to 1e-9 scaled by conditioning: irregular steps, whole and partial
+misses.
+"""
 
 from __future__ import annotations
 
@@ -317,16 +319,12 @@ def test_digraph_switching_over_another_graph(reach):
     Pi = stay(0.85, 7)
     f = jink.DigraphSwitching(native, position(2), Pi, graph=line_graph(7, reach))
     got = run(f, time, z)
-    want = variable_structure(
-        oracle, time, z, R(2), Pi, got[2][0, 1], partial(switched, neighbours(7, reach))
-    )
+    want = variable_structure(oracle, time, z, R(2), Pi, got[2][0, 1], partial(switched, neighbours(7, reach)))
     assert_close(got, want.x, want.P, want.mu)
 
 
 @pytest.mark.parametrize("method", ["ds", "ad"])
-@pytest.mark.parametrize(
-    "names", [["cv", "ca", "singer", "brisk"], ["cv", "brisk", "ca", "facs"]], ids="+".join
-)
+@pytest.mark.parametrize("names", [["cv", "ca", "singer", "brisk"], ["cv", "brisk", "ca", "facs"]], ids="+".join)
 @pytest.mark.parametrize("axes", [1, 2, 3])
 def test_variable_structure_over_different_motion_models(method, names, axes):
     time, z = reports(axes)
@@ -355,7 +353,9 @@ class OneTurn(om.CoordinatedTurn):
 
 @pytest.mark.parametrize("method", ["ds", "ad", "gpb1", "gpb2", "mm"])
 def test_straight_accelerated_and_turning(method):
-    """Modes of three kinds and dimensions, one track at a time; acceleration and turn rate are checked in test_oracle_native."""
+    """Modes of three kinds and dimensions, one track at a time; acceleration and turn rate are checked in
+    test_oracle_native.
+    """
     time, z = reports(2)
     ct = {"acceleration_sd": 0.8, "turn_rate_sd": 0.01, "turn_rate_prior_sd": 0.1}
     native = [MOTIONS["cv"][0], MOTIONS["ca"][0], jink.CoordinatedTurn(**ct)]
@@ -396,9 +396,7 @@ def test_adaptive_grid_over_acceleration_levels():
     want, grids = acceleration_grid(time, z, R(1), 0.7, stay(0.9, 3), np.full(3, 1 / 3), half, 1.0)
     assert_close(got, want.x, want.P)
     assert np.ptp(grids[:, -1, 1]) > 1.0  # the grids did move
-    shared = np.zeros_like(
-        got[2]
-    )  # each point's probability, shared out between the two levels it lies between
+    shared = np.zeros_like(got[2])  # each point's probability, shared out between the two levels it lies between
     for j in range(3):
         place = grids[..., j] + half
         low = np.minimum(place.astype(int), M - 2)

@@ -71,17 +71,20 @@ def test_input_estimation(axes, window, shortest):
     time, z = reports(axes)
     false_alarm = 1e-2
     motion = jink.ConstantVelocity(acceleration_sd=2.0)
-    f = jink.InputEstimation(
-        motion, position(axes), window=window, shortest=shortest, false_alarm=false_alarm
-    )
+    f = jink.InputEstimation(motion, position(axes), window=window, shortest=shortest, false_alarm=false_alarm)
     got = run(f, time, z)
     threshold = quantile(1 - false_alarm, axes)
     found = 0
     for b in range(len(z)):
         want = input_estimation(
-            om.ConstantVelocity(axes, acceleration_sd=2.0), time, z[b], R(axes), window, threshold,
+            om.ConstantVelocity(axes, acceleration_sd=2.0),
+            time,
+            z[b],
+            R(axes),
+            window,
+            threshold,
             shortest or max(1, window // 2),
-        )  # fmt: skip
+        )
         found += int(want.detected.sum())
         assert_close(tuple(a[b : b + 1] for a in got), want.x[None], want.P[None])
     assert found >= 5
@@ -138,9 +141,7 @@ FORMS = {
 @pytest.mark.parametrize("form", FORMS)
 def test_a_network_that_chooses_the_noise(form):
     time, z = reports(2)
-    network = NoiseNetwork(
-        network=random_network([3, 6, 1], 6), least=0.5, most=400.0, start=4.0, **FORMS[form]
-    )
+    network = NoiseNetwork(network=random_network([3, 6, 1], 6), least=0.5, most=400.0, start=4.0, **FORMS[form])
     f = jink.Kalman(jink.NetworkNoise(jink.ConstantVelocity(acceleration_sd=1.0), network), position(2))
     chosen = []
 
@@ -191,9 +192,7 @@ def models(kind, inputs):
     """jink's model of one output, and the oracle's of u (..., inputs)."""
     if kind == "network":
         n = random_network([inputs, 5, 4, 1], 7)
-        oracle = Perceptron(
-            [(np.asarray(w), np.asarray(b)) for w, b in zip(n.weights, n.biases, strict=True)]
-        )
+        oracle = Perceptron([(np.asarray(w), np.asarray(b)) for w, b in zip(n.weights, n.biases, strict=True)])
         return n, lambda u: oracle(u)[..., 0]
     functions = [membership_functions(kind, 4, -1.0, 1.0), membership_functions(kind, 3, -1.5, 1.2)]
     consequents = np.random.default_rng(8).normal(size=(4, 3, 3))
@@ -285,9 +284,15 @@ def test_an_aid_on_the_last_innovations(axes):
     native, oracle = models("network", count)
     low, high = np.full(count, -3.0), np.full(count, 3.0)
     corrector = Corrector(
-        model=native, inputs="innovations", low=low, high=high, centre=np.zeros(count), scale=np.full(count, 1.5),
-        output_scale=[0.4], fade=0.7,
-    )  # fmt: skip
+        model=native,
+        inputs="innovations",
+        low=low,
+        high=high,
+        centre=np.zeros(count),
+        scale=np.full(count, 1.5),
+        output_scale=[0.4],
+        fade=0.7,
+    )
     f = BASES["imm"](axes)
     plain, aided = run(f, time, z)[0], run(jink.Aided(f, corrector), time, z)[0]
     p = [f.components.index("p" + a) for a in "xyz"[:axes]]

@@ -122,9 +122,15 @@ def test_fuzzy_noise(axes):
 def test_noise_that_a_network_chooses():
     time, z = flights(2)
     network = NoiseNetwork(
-        network=random_network([3, 6, 1], 6), least=0.5, most=400.0, start=4.0, inputs="log-nis", output="log-variance",
-        centre=[2.0, 0.0, 0.0], scale=[2.0, 2.0, 2.0],
-    )  # fmt: skip
+        network=random_network([3, 6, 1], 6),
+        least=0.5,
+        most=400.0,
+        start=4.0,
+        inputs="log-nis",
+        output="log-variance",
+        centre=[2.0, 0.0, 0.0],
+        scale=[2.0, 2.0, 2.0],
+    )
     f = jink.Kalman(jink.NetworkNoise(jink.ConstantVelocity(acceleration_sd=1.0), network), position(2))
     filtered = by_parameter(network, time, z, R(2), 4.0, log_inputs)
     assert_smoothed(f, [om.ConstantVelocity(2, acceleration_sd=0.0)], time, z, ONE, filtered)

@@ -326,8 +326,12 @@ def test_variable_dimension_begins_in_the_past_and_ends():
     want = [
         [r, 2 * r / T, 2 * r / T**2],
         [2 * r / T, 4 / T**2 * (r + p11) + p22 + 4 / T * p12, 4 / T**3 * (r + p11) + 2 / T * p22 + 6 / T**2 * p12],
-        [2 * r / T**2, 4 / T**3 * (r + p11) + 2 / T * p22 + 6 / T**2 * p12, 4 / T**4 * (r + p11 + 2 * T * p12 + T**2 * p22)],
-    ]  # fmt: skip
+        [
+            2 * r / T**2,
+            4 / T**3 * (r + p11) + 2 / T * p22 + 6 / T**2 * p12,
+            4 / T**4 * (r + p11 + 2 * T * p12 + T**2 * p22),
+        ],
+    ]
     assert_allclose(got.P, want)
 
 
@@ -341,12 +345,8 @@ def test_correctors():
     assert_allclose(anfis(x1, x2), 0.5 * x1 - 0.25 * x2 + 2)
     corner = np.zeros((2, 2, 3))
     corner[1, 0, 2] = 1.0  # only "x1 high, x2 low" says anything
-    assert_allclose(
-        Anfis("triangular", (functions, functions), corner)(np.array([0.5]), np.array([0.5])), 0.75 * 0.25
-    )
-    got = aided_position(
-        lambda a, b: 2 * a + b, np.array([5.0, np.nan]), np.array([1.0, 1.0]), np.array([0.0, 7.0])
-    )
+    assert_allclose(Anfis("triangular", (functions, functions), corner)(np.array([0.5]), np.array([0.5])), 0.75 * 0.25)
+    got = aided_position(lambda a, b: 2 * a + b, np.array([5.0, np.nan]), np.array([1.0, 1.0]), np.array([0.0, 7.0]))
     assert_allclose(got, [1 + 2 * 4 - 1, 1])
     low, high = np.array([-1.0, -1.0]), np.array([1.0, 1.0])
     assert_allclose(within(np.array([[0.0, 1.0], [1.5, 0.0], [3.0, 0.0]]), low, high, 0.5), [1, 0.5, 0])

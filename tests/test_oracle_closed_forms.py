@@ -41,9 +41,7 @@ def test_riccati_steady_state(psd, T):
     Q2 = psd * np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]])
     F2 = np.array([[1.0, T], [0, 1]])
     F3 = np.array([[1.0, T, T**2 / 2], [0, 1, T], [0, 0, 1]])
-    Q3 = psd * np.array(
-        [[T**5 / 20, T**4 / 8, T**3 / 6], [T**4 / 8, T**3 / 3, T**2 / 2], [T**3 / 6, T**2 / 2, T]]
-    )
+    Q3 = psd * np.array([[T**5 / 20, T**4 / 8, T**3 / 6], [T**4 / 8, T**3 / 3, T**2 / 2], [T**3 / 6, T**2 / 2, T]])
     cases = [(jink.ConstantVelocity(acceleration_psd=psd), F2, Q2)]
     cases.append((jink.ConstantAcceleration(jerk_psd=psd), F3, Q3))
     for motion, F, Q in cases:
@@ -148,9 +146,7 @@ def test_consistency_of_a_matched_filter():
         initial=jink.OnePoint(velocity_sd=100.0),
     )
     names = ("pit", "nis", "nis_dof", "status")
-    est = f.filter(
-        np.cumsum(dt, axis=1).ravel(), z.reshape(-1, 2), offsets=np.arange(B + 1) * N, outputs=names
-    )
+    est = f.filter(np.cumsum(dt, axis=1).ravel(), z.reshape(-1, 2), offsets=np.arange(B + 1) * N, outputs=names)
     used = est.status == 1
     assert abs(est.nis[used].sum() / est.nis_dof[used].sum() - 1) < 0.02
     pit = est.pit[used]

@@ -266,7 +266,5 @@ def test_soft_outlier_likelihood():
     )
     t, z = np.arange(4.0), np.array([[0.0], [1.0], [0.5], [2.0]])
     a, b = track(plain, t, z), track(soft, t, z)
-    assert_allclose(
-        b.log_likelihood_scan[1:], np.log(0.9 * np.exp(a.log_likelihood_scan[1:]) + 0.1 / 50), rtol=1e-12
-    )
+    assert_allclose(b.log_likelihood_scan[1:], np.log(0.9 * np.exp(a.log_likelihood_scan[1:]) + 0.1 / 50), rtol=1e-12)
     assert a.log_likelihood_scan[0] == 0  # one-point start: counted from the second

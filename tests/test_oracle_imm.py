@@ -44,9 +44,7 @@ def test_imm_is_exact_for_two_scans_and_near_afterwards():
         tight = {"rtol": 1e-9, "atol": 1e-9} if k == 0 else {"rtol": 0.1, "atol": 0.1}
         assert_allclose(est.mode_probability[k], p[k], **tight)
         assert_allclose(est.log_likelihood_scan[: k + 1].sum(), log_likelihood, **tight)
-        assert_allclose(
-            est.x[k], combine(models, modes[k], p[k]).x, **({**tight, "atol": 0.5} if k else tight)
-        )
+        assert_allclose(est.x[k], combine(models, modes[k], p[k]).x, **({**tight, "atol": 0.5} if k else tight))
 
 
 def test_identical_modes_are_one_mode():
@@ -58,10 +56,7 @@ def test_identical_modes_are_one_mode():
     double = Filter([model, model], [sensor], PerScan([[0.9, 0.1], [0.3, 0.7]], 2), OnePoint(10.0))
     a, b = track(single, time, z), track(double, time, z)
     pairs = [(a, b), (smooth(single, a), smooth(double, b))]
-    pairs += [
-        (smooth(single, a), pairwise.smooth(double, b, rule))
-        for rule in ("kim", "point", "density", "future")
-    ]
+    pairs += [(smooth(single, a), pairwise.smooth(double, b, rule)) for rule in ("kim", "point", "density", "future")]
     for p, q in pairs:
         assert_allclose(p.x, q.x, rtol=1e-9, atol=1e-9)
         assert_allclose(p.P, q.P, rtol=1e-9, atol=1e-9)

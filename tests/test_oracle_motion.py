@@ -96,9 +96,7 @@ def test_turn_is_its_differential_equation(axes, w):
     for i in range(model.n):
         e = np.zeros(model.n)
         e[i] = step
-        assert_allclose(
-            J[:, i], (model.f(x + e, 2.5) - model.f(x - e, 2.5)) / (2 * step), rtol=1e-6, atol=1e-5
-        )
+        assert_allclose(J[:, i], (model.f(x + e, 2.5) - model.f(x - e, 2.5)) / (2 * step), rtol=1e-6, atol=1e-5)
 
 
 def test_turn_jacobian_at_zero_rate():

@@ -38,9 +38,7 @@ def test_smoother(name):
     assert_agrees(twin, make_data(twin, N=30, seed=2), smooth=True)
 
 
-@pytest.mark.parametrize(
-    "name", ["kalman-cv-3", "kalman-ct-2", "kalman-singer-2", "imm-mixed-3", "imm-turns-and-ca"]
-)
+@pytest.mark.parametrize("name", ["kalman-cv-3", "kalman-ct-2", "kalman-singer-2", "imm-mixed-3", "imm-turns-and-ca"])
 @pytest.mark.parametrize("smooth", [False, True], ids=["filter", "smoother"])
 def test_known_input(name, smooth):
     twin = SITUATIONS[name]

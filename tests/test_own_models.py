@@ -81,9 +81,7 @@ PAIRS = {
     "imm-unbiased": lambda **k: tuple(
         imm(m, POSITION, mixing="unbiased", **k) for m in ([CV, CA, CT], [CV, OWN_CA, OWN_CT])
     ),
-    "imm-sojourn": lambda **k: tuple(
-        imm(m, POSITION, SOJOURN, **k) for m in ([CV, CA, CT], [OWN_CV, CA, OWN_CT])
-    ),
+    "imm-sojourn": lambda **k: tuple(imm(m, POSITION, SOJOURN, **k) for m in ([CV, CA, CT], [OWN_CV, CA, OWN_CT])),
     "imm-known-turn": lambda **k: tuple(
         imm([m, jink.KnownTurn(0.06, acceleration_psd=1.0), CA], POSITION, **k) for m in (CV, OWN_CV)
     ),
@@ -192,9 +190,7 @@ def test_known_input_and_row_noise(name, smooth):
     root = 20.0 * (np.eye(2) + 0.3 * rng.normal(size=(len(t), 2, 2)))
     more = {"input": rng.normal(0, 2.0, (len(t), 2)), "covariance": root @ root.transpose(0, 2, 1)}
     run = "smooth" if smooth else "filter"
-    assert_agrees(
-        getattr(own, run)(t, z, **more), getattr(native, run)(t, z, **more), tolerance_of(name, smooth)
-    )
+    assert_agrees(getattr(own, run)(t, z, **more), getattr(native, run)(t, z, **more), tolerance_of(name, smooth))
     more["covariance"] = np.diagonal(more["covariance"], axis1=1, axis2=2)
     assert_agrees(own.filter(t, z, **more), native.filter(t, z, **more))
 
@@ -221,9 +217,7 @@ def test_several_sensors(smooth):
 def test_probability_integral_transform():
     native, own = PAIRS["imm-all-own"]()
     t, z = scene(POSITION, seed=8)
-    assert_allclose(
-        own.filter(t, z, outputs=["pit"]).pit, native.filter(t, z, outputs=["pit"]).pit, atol=1e-9
-    )
+    assert_allclose(own.filter(t, z, outputs=["pit"]).pit, native.filter(t, z, outputs=["pit"]).pit, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["kalman-ct", "kalman-radar", "imm-one-own", "imm-radar"])
@@ -344,9 +338,7 @@ def test_jacobians_by_differences():
         0.95,
         initial=jink.Prior([1000.0, 0, 2000.0, 0, 0], np.diag([1e4, 4e4, 1e4, 4e4, 1e-3])),
     )
-    by_differences = imm(
-        [CV, Turning(0.4, 2e-5, 0.05)], Radar(20.0, 0.003, SITE), 0.95, initial=exact.initial
-    )
+    by_differences = imm([CV, Turning(0.4, 2e-5, 0.05)], Radar(20.0, 0.003, SITE), 0.95, initial=exact.initial)
     assert_agrees(by_differences.filter(t, z), exact.filter(t, z), 1e-7)
     assert_agrees(by_differences.smooth(t, z), exact.smooth(t, z), 1e-6)
 
@@ -393,9 +385,7 @@ def test_components_of_ones_own_names():
     t, z = scene(POSITION)
     est = f.filter(t, z)
     assert np.isfinite(est.P[5:]).all() and (np.linalg.eigvalsh(est.P[5:]) > 0).all()
-    straight = jink.IMM([CV, Dragging()], POSITION, 0.9999999, mode_probability=[1.0, 0.0]).filter(
-        t[:1], z[:1]
-    )
+    straight = jink.IMM([CV, Dragging()], POSITION, 0.9999999, mode_probability=[1.0, 0.0]).filter(t[:1], z[:1])
     assert_allclose(straight.sd("drag"), 1e-4)
     assert_allclose(straight["drag"], 0.0)
 
@@ -475,18 +465,14 @@ def test_errors_of_sensors():
         jink.Kalman(CV, Unmeasured(1.0, 1.0, SITE))
     with pytest.raises(ValueError, match=r"initial: RadarExactly measures no position.*expected jink.Prior"):
         jink.Kalman(CV, OWN_RADAR).filter([0.0], [[1.0, 1.0]])
-    with pytest.raises(
-        ValueError, match=r"Short\.h: expected shape \(1, 2\) for x \(1, 4\), got \(1,\), at scan 0"
-    ):
+    with pytest.raises(ValueError, match=r"Short\.h: expected shape \(1, 2\) for x \(1, 4\), got \(1,\), at scan 0"):
         jink.Kalman(CV, Short(1.0, 1.0, SITE), initial=prior(4)).filter([0.0], [[1.0, 1.0]])
     with pytest.raises(TypeError, match="sensor: expected one of jink's sensors or one with h"):
         jink.Kalman(CV, object())
     with pytest.raises(TypeError, match="motions: expected one of jink's motion models or one with f"):
         jink.Kalman(object(), POSITION)
     with pytest.raises(ValueError, match=r"input: StraightOneStep has no G\(dt\)"):
-        jink.Kalman(StraightOneStep(1.0), POSITION).filter(
-            np.arange(2.0), np.ones((2, 2)), input=np.ones((2, 2))
-        )
+        jink.Kalman(StraightOneStep(1.0), POSITION).filter(np.arange(2.0), np.ones((2, 2)), input=np.ones((2, 2)))
     no_extent = Radar(1.0, 1.0, SITE)
     no_extent.extent = 5.0
     with pytest.raises(ValueError, match=r"Radar\.extent: with outliers expected 2 numbers"):

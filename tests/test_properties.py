@@ -30,12 +30,8 @@ def motion(draw, level):
         "cv-psd": lambda: jink.ConstantVelocity(acceleration_psd=sd**2),
         "ca": lambda: jink.ConstantAcceleration(jerk_psd=sd**2),
         "ca-steps": lambda: jink.ConstantAcceleration(acceleration_increment_sd=sd),
-        "singer": lambda: jink.Singer(
-            acceleration_sd=sd, time_constant=draw(st.sampled_from([0.1, 10.0, 1e4]))
-        ),
-        "ct": lambda: jink.CoordinatedTurn(
-            acceleration_sd=sd, turn_rate_sd=draw(st.sampled_from([1e-6, 1e-3, 0.1]))
-        ),
+        "singer": lambda: jink.Singer(acceleration_sd=sd, time_constant=draw(st.sampled_from([0.1, 10.0, 1e4]))),
+        "ct": lambda: jink.CoordinatedTurn(acceleration_sd=sd, turn_rate_sd=draw(st.sampled_from([1e-6, 1e-3, 0.1]))),
         "turn": lambda: jink.KnownTurn(draw(st.sampled_from([-0.3, 0.0, 1e-9, 0.05])), acceleration_sd=sd),
     }[kind]()
 
@@ -47,9 +43,7 @@ def filters(draw):
     motions = [draw(motion(sensor_sd * np.sqrt(r))) for r in ratios]
     strict = jink.Outliers(share=0.2, extent=1e3, restart_after=3)
     more = {
-        "initial": draw(
-            st.sampled_from([jink.OnePoint(velocity_sd=100.0), jink.TwoPoint(velocity_sd=100.0)])
-        ),
+        "initial": draw(st.sampled_from([jink.OnePoint(velocity_sd=100.0), jink.TwoPoint(velocity_sd=100.0)])),
         "outliers": draw(st.sampled_from([None, jink.Outliers(), strict])),
     }
     sensor = jink.Position(sd=sensor_sd, axes=2)

@@ -1,4 +1,5 @@
-"""Adaptive and learned filters, whatever their numbers and the data: what test_properties asks of the others, and symmetries.
+"""Adaptive and learned filters, whatever their numbers and the data: what test_properties asks of the others, and
+symmetries.
 
 Symmetries hold exactly: where the plane lies, when the clock starts, how long a metre is, which axis is called x.
 """
@@ -57,7 +58,9 @@ def test_finite_positive_and_probable(family, draw, more):
 
 @pytest.mark.parametrize("family", ["gpb2", "vsmm-ds", "vsmm-ad"])
 def test_what_cannot_be_is_not_believed(family):
-    """Found by the search above: over no time no mode changes, however badly those that stay explain what is measured."""
+    """Found by the search above: over no time no mode changes, however badly those that stay explain what is
+    measured.
+    """
     f = FAMILIES[family](Draw([1.0] * 4, 0, False, False), 10.0)
     t = np.array([0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0])
     z = np.array(
@@ -191,7 +194,5 @@ def test_which_axis_is_called_x_does_not_matter(family, draw, flight):
         a, b = run(t, z), run(t, z[:, ::-1])
         n = len(a.components) // 2
         swap = np.r_[n : 2 * n, :n]
-        far = (
-            1e-6 if run == f.filter else 1e-4
-        )  # a smoother's gains amplify what another order of sums rounds
+        far = 1e-6 if run == f.filter else 1e-4  # a smoother's gains amplify what another order of sums rounds
         assert_symmetric(a, b, lambda x, s=swap: x[:, s], lambda P, s=swap: P[:, s][:, :, s], modes, far)

@@ -70,9 +70,9 @@ def wang(name: str, motion):
     z = s.z[:, 1:] - line
     z[:, 0] = np.nan  # the start has used it
     filter = jink.Kalman(motion, jink.Position(sd=50.0, axes=m), initial=jink.Prior(np.zeros(3 * m), P))
-    x = filter.filter(
-        s.time[:, 1:].reshape(-1), z.reshape(-1, m), offsets=np.arange(RUNS + 1) * z.shape[1]
-    ).x.reshape(*z.shape, 3)
+    x = filter.filter(s.time[:, 1:].reshape(-1), z.reshape(-1, m), offsets=np.arange(RUNS + 1) * z.shape[1]).x.reshape(
+        *z.shape, 3
+    )
     truth = [values[:, 1:] for values in s.truth]
     return x[..., 0] + line - truth[0], x[..., 1] + v[:, None] - truth[1], x[..., 2] - truth[2]
 

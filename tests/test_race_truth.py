@@ -73,9 +73,7 @@ def test_errors_over_time_of_accelerations():
     est = race.entrants["singer"].filter.filter(**s.batch())
     index = [est.components.index(c) for c in ("ax", "ay")]
     error = est.x[:, index].reshape(20, 30, 2) - s.truth.acceleration
-    assert_allclose(
-        race.tallies["singer"].over_time("acceleration"), metrics.rmse_over_time(error[:, 2:]), rtol=1e-9
-    )
+    assert_allclose(race.tallies["singer"].over_time("acceleration"), metrics.rmse_over_time(error[:, 2:]), rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -137,10 +135,14 @@ def test_a_radar_has_a_bound_as_well():
     r, ground = np.linalg.norm(p, axis=1), np.hypot(p[:, 0], p[:, 1])
     first = 30.0**2 + (1e-3 * ground[0]) ** 2 + (2e-3 * r[0]) ** 2
     second = bounds.posterior_bound(
-        replace(training, time=training.time[:, :1], truth=training.truth._replace(
-            **{name: values[:, :1] for name, values in training.truth._asdict().items()})),
-        bounds.told(training), 0,
-    )  # fmt: skip
+        replace(
+            training,
+            time=training.time[:, :1],
+            truth=training.truth._replace(**{name: values[:, :1] for name, values in training.truth._asdict().items()}),
+        ),
+        bounds.told(training),
+        0,
+    )
     assert second["position_rmse"] == pytest.approx(math.sqrt(first), rel=1e-3)
     assert found["position_rmse"] < 1.05 * second["position_rmse"]
 
@@ -151,9 +153,7 @@ def test_unknown_scan_times_make_no_bound():
 
 
 def ask(**changes) -> int:
-    return run_compare(
-        CompareRequest(**{"scenario": "choi-2001-1", "filters": "", "runs": 10, "seed": 1, **changes})
-    )
+    return run_compare(CompareRequest(**{"scenario": "choi-2001-1", "filters": "", "runs": 10, "seed": 1, **changes}))
 
 
 def test_sensor_options(tmp_path, capsys):

@@ -91,8 +91,7 @@ def test_wang_the_price_at_a_step_and_who_is_better(outcomes):
         assert price[0] > factor * price[1]
     for experiment in ("exp 1", "exp 2"):
         facs, tuned, imm = (
-            figure(outcome, experiment, name, "position_rmse").measured
-            for name in ("facs", "kalman-ca", "imm-ca")
+            figure(outcome, experiment, name, "position_rmse").measured for name in ("facs", "kalman-ca", "imm-ca")
         )
         assert tuned < facs and imm < facs
 
@@ -110,8 +109,7 @@ def test_titi_guney_a_sluggish_filter_is_worse_than_the_measurements(outcomes):
     outcome = outcomes["titi-guney"]
     for rate, slow in (("sluggish, 20 Hz", "kf"), ("sluggish, 1 Hz", "kf")):
         slow, tuned, raw, imm = (
-            figure(outcome, rate, name, "position_rmse").measured
-            for name in (slow, "kalman-ca", "raw", "imm")
+            figure(outcome, rate, name, "position_rmse").measured for name in (slow, "kalman-ca", "raw", "imm")
         )
         assert slow > 3 * raw and imm < tuned < raw
     within(figure(outcome, "tuned, 1 Hz", "kf", "position_rmse"), 37.3)
@@ -144,9 +142,7 @@ def test_titi_guney_what_an_aid_does_and_does_not(outcomes):
             below(figure(outcome, f"tuned, {rate}", filter, over[0]), 1.02)
     for target in (2, 4, 6):
         below(figure(outcome, f"target {target}", "nnakf", over[0]), 0.975)
-        rows = [
-            figure(outcome, f"target {target}", name, "position_rmse").measured for name in ("imm", "nnakf")
-        ]
+        rows = [figure(outcome, f"target {target}", name, "position_rmse").measured for name in ("imm", "nnakf")]
         assert rows[0] < rows[1]
 
 
@@ -290,13 +286,9 @@ def test_drawings():
             log=True,
         )
     )
-    assert (
-        "a &lt; b" in text and text.count('class="line') == 2 and text.count("M") >= 3 and "nan" not in text
-    )
+    assert "a &lt; b" in text and text.count('class="line') == 2 and text.count("M") >= 3 and "nan" not in text
     grid = np.linspace(-1, 1, 101)
-    surface = Surface(
-        title="s", x="x", y="y", grid_x=grid, grid_y=grid, values=grid[:, None] * grid, unit="m/s²"
-    )
+    surface = Surface(title="s", x="x", y="y", grid_x=grid, grid_y=grid, values=grid[:, None] * grid, unit="m/s²")
     assert drawn(surface).count('class="cell"') <= 48**2
     assert_allclose(ticks(0.0, 180.0), [0, 50, 100, 150])
     assert_allclose(log_ticks(0.9, 30.0), [1, 2, 5, 10, 20])

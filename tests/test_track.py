@@ -45,13 +45,9 @@ def made_up(
         latitude.append(lat)
         longitude.append(lon)
         courses.append(ahead)
-    lon, lat, _ = GEOD.fwd(
-        longitude, latitude, rng.uniform(0, 360, count), np.abs(rng.normal(0, sd * 1.25, count))
-    )
+    lon, lat, _ = GEOD.fwd(longitude, latitude, rng.uniform(0, 360, count), np.abs(rng.normal(0, sd * 1.25, count)))
     frame = pl.DataFrame({"target": "m", "t": 1.7e9 + time, "latitude": lat, "longitude": lon})
-    return frame.with_columns(altitude_m=3000.0 + rng.normal(0, 5.0, count)), np.radians(courses) % (
-        2 * np.pi
-    )
+    return frame.with_columns(altitude_m=3000.0 + rng.normal(0, 5.0, count)), np.radians(courses) % (2 * np.pi)
 
 
 def _quiet(*arguments, **options):
@@ -75,11 +71,7 @@ def test_speed_course_and_turn_are_right_anywhere_on_earth(start, course):
     assert np.abs(off[steady]).max() < 0.03 and np.abs(off[220:290]).max() < 0.03
     turning = tracks["turn_rate"].to_numpy()[130:150]  # to the right: clockwise, so negative
     np.testing.assert_allclose(turning, -np.radians(1.5), atol=0.006)
-    assert (
-        tracks["manoeuvring"].to_numpy()[135:145].min()
-        > 0.5
-        > tracks["manoeuvring"].to_numpy()[steady].mean()
-    )
+    assert tracks["manoeuvring"].to_numpy()[135:145].min() > 0.5 > tracks["manoeuvring"].to_numpy()[steady].mean()
     distance = GEOD.inv(frame["longitude"], frame["latitude"], tracks["longitude"], tracks["latitude"])[2]
     assert np.median(distance) < 40.0
     np.testing.assert_allclose(tracks["altitude"].to_numpy()[steady], 3000.0, atol=12.0)
@@ -123,9 +115,7 @@ def test_pandas_in_pandas_out_and_the_same_numbers():
     native.loc[5, "altitude_m"] = np.nan
     tracks = jink.track(native)
     assert isinstance(tracks, pandas.DataFrame) and str(tracks["time"].dtype).startswith("datetime64[")
-    again = jink.track(
-        frame.with_columns(altitude_m=pl.when(pl.arange(300) == 5).then(None).otherwise("altitude_m"))
-    )
+    again = jink.track(frame.with_columns(altitude_m=pl.when(pl.arange(300) == 5).then(None).otherwise("altitude_m")))
     np.testing.assert_allclose(tracks["speed"], again["speed"].to_numpy(), rtol=1e-6)
     assert tracks["status"].iloc[50] == "updated" and str(tracks["time"].dt.tz) == "UTC"
 
@@ -166,9 +156,7 @@ def test_a_radar_measures_the_same_flight_in_range_azimuth_and_elevation():
     here = GEOD.inv(11.0, 48.0, tracks["longitude"][100], tracks["latitude"][100])
     assert here[2] == pytest.approx(np.hypot(east[100], north[100]), rel=0.01)
     noise = summary["noise"][0]
-    assert noise["range_sd"] == pytest.approx(30.0, rel=0.4) and noise["azimuth_sd"] == pytest.approx(
-        1e-3, rel=0.4
-    )
+    assert noise["range_sd"] == pytest.approx(30.0, rel=0.4) and noise["azimuth_sd"] == pytest.approx(1e-3, rel=0.4)
     flat = jink.track(plots.drop("elevation_deg"), smooth=True)
     assert "z" not in flat.columns and "latitude" not in flat.columns
 
@@ -247,16 +235,10 @@ def test_a_filter_of_ones_own_brings_its_own_noise():
     frame, _ = made_up()
     own = jink.Kalman(jink.ConstantVelocity(acceleration_sd=2.0), jink.Position(sd=20.0, axes=2))
     tracks = jink.track(frame, filter=own)
-    assert (
-        "z" not in tracks.columns
-        and "turn_rate" not in tracks.columns
-        and tracks["manoeuvring"].is_null().all()
-    )
+    assert "z" not in tracks.columns and "turn_rate" not in tracks.columns and tracks["manoeuvring"].is_null().all()
     loose = jink.track(frame, filter=own, sensor_sd=200.0)
     assert loose["x_sd"].to_numpy()[100] > 3 * tracks["x_sd"].to_numpy()[100]
-    radar = jink.Kalman(
-        jink.ConstantVelocity(acceleration_sd=2.0), jink.Polar(range_sd=20.0, azimuth_sd=1e-3)
-    )
+    radar = jink.Kalman(jink.ConstantVelocity(acceleration_sd=2.0), jink.Polar(range_sd=20.0, azimuth_sd=1e-3))
     with pytest.raises(InputError, match="measures range, azimuth; the data has x, y"):
         jink.track(frame, filter=radar)
     for name in ("cv", "ca", "singer"):
@@ -336,9 +318,7 @@ def test_every_input_row_is_in_a_track_or_among_the_rejected(tmp_path_factory, r
     table = [dict(zip(("id", "t", "lat", "lon", "alt"), row, strict=True)) for row in rows]
     data = _stored(table, how, tmp_path_factory)
     try:
-        tracks, rejected, summary = jink.track(
-            data, min_points=least, smooth=smooth, kind="person", details=True
-        )
+        tracks, rejected, summary = jink.track(data, min_points=least, smooth=smooth, kind="person", details=True)
     except InputError:
         return
     found = tracks["row"].to_list() + rejected["row"].to_list()

@@ -88,7 +88,6 @@ def test_filters_are_told_the_usual_time_between_positions(step, monkeypatch):
     (purpose,) = asked
     assert purpose.interval == step
     stays = [
-        choose_filter(("x", "y"), {"position": 10.0}, "aircraft", "aimm3", interval=i).transition
-        for i in (1.0, step)
+        choose_filter(("x", "y"), {"position": 10.0}, "aircraft", "aimm3", interval=i).transition for i in (1.0, step)
     ]
     np.testing.assert_allclose(stays[1].seconds, np.multiply(stays[0].seconds, step))

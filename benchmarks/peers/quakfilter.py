@@ -38,9 +38,15 @@ def live(case: Case) -> Job:
         state[PLANAR] = back @ case.x0[0]
         covariance = _embed(back @ case.P0 @ back.T, 1.0)
         return IMMEstimator(
-            models, noises, measured, covariance, state, transition_matrix=case.transition,
-            initial_probabilities=case.mode_probability, probability_floor=0.0,
-        )  # fmt: skip
+            models,
+            noises,
+            measured,
+            covariance,
+            state,
+            transition_matrix=case.transition,
+            initial_probabilities=case.mode_probability,
+            probability_floor=0.0,
+        )
 
     def run(imm: Any) -> np.ndarray:
         for row in z:

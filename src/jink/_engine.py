@@ -1,4 +1,6 @@
-"""The compiled engine: of the installed instruction-set levels the best this processor runs; JINK_ISA=v2|v3|v4 asks for one."""
+"""The compiled engine: of the installed instruction-set levels the best this processor runs; JINK_ISA=v2|v3|v4 asks for
+one.
+"""
 
 import importlib
 import importlib.util

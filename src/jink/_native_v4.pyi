@@ -119,101 +119,113 @@ class AidModel(enum.Enum):
 class Adaptation:
     """What sets a mode's process noise, or weighs the modes."""
 
-    def __init__(self, *, kind: Adapt = Adapt.none, sizes: Sequence[int] = [], logarithmic: bool = False, numbers: Sequence[float] = []) -> None: ...
-
+    def __init__(
+        self,
+        *,
+        kind: Adapt = Adapt.none,
+        sizes: Sequence[int] = [],
+        logarithmic: bool = False,
+        numbers: Sequence[float] = [],
+    ) -> None: ...
     @property
     def kind(self) -> Adapt: ...
-
     @property
     def numbers(self) -> list[float]: ...
 
 class Mode:
     """A motion model in numbers."""
 
-    def __init__(self, *, kind: MotionKind, axes: int, parameters: Sequence[float], prior_variance: Sequence[float], noise: NoiseKind = NoiseKind.piecewise, turn_noise: NoiseKind = NoiseKind.piecewise) -> None: ...
-
+    def __init__(
+        self,
+        *,
+        kind: MotionKind,
+        axes: int,
+        parameters: Sequence[float],
+        prior_variance: Sequence[float],
+        noise: NoiseKind = NoiseKind.piecewise,
+        turn_noise: NoiseKind = NoiseKind.piecewise,
+    ) -> None: ...
     @property
     def kind(self) -> MotionKind: ...
-
     @property
     def has_acceleration(self) -> bool: ...
-
     @property
     def has_turn_rate(self) -> bool: ...
-
     def alike(self, other: Mode) -> bool:
         """Of one motion model, so that they differ in numbers only?"""
 
     @property
     def prior_variance(self) -> list[float]: ...
-
     @property
     def parameters(self) -> list[float]: ...
-
     @parameters.setter
     def parameters(self, arg: Sequence[float], /) -> None: ...
-
     @property
     def adaptation(self) -> Adaptation: ...
-
     @adaptation.setter
     def adaptation(self, arg: Adaptation, /) -> None: ...
-
     @property
     def level(self) -> list[float]: ...
-
     @level.setter
     def level(self, arg: Sequence[float], /) -> None: ...
-
     @property
     def around_side(self) -> bool: ...
-
     @around_side.setter
     def around_side(self, arg: bool, /) -> None: ...
 
 class Sensor:
     """A sensor in numbers: variances, or a packed covariance if correlated."""
 
-    def __init__(self, *, kind: SensorKind, axes: int, rows: int, noise: Sequence[float], log_extent: Sequence[float], correlated: bool = False, vertical: Vertical = Vertical.none, range_rate: bool = False, from_north: bool = True, converted: bool = False, site: Sequence[float] = [0.0, 0.0, 0.0]) -> None: ...
-
+    def __init__(
+        self,
+        *,
+        kind: SensorKind,
+        axes: int,
+        rows: int,
+        noise: Sequence[float],
+        log_extent: Sequence[float],
+        correlated: bool = False,
+        vertical: Vertical = Vertical.none,
+        range_rate: bool = False,
+        from_north: bool = True,
+        converted: bool = False,
+        site: Sequence[float] = [0.0, 0.0, 0.0],
+    ) -> None: ...
     @property
     def kind(self) -> SensorKind: ...
-
     @property
     def axes(self) -> int: ...
-
     @property
     def rows(self) -> int: ...
-
     @property
     def correlated(self) -> bool: ...
-
     @property
     def vertical(self) -> Vertical: ...
-
     @property
     def range_rate(self) -> bool: ...
-
     @property
     def from_north(self) -> bool: ...
-
     @property
     def site(self) -> list[float]: ...
-
     @property
     def converted(self) -> bool: ...
-
     @property
     def noise(self) -> list[float]: ...
-
     @property
     def log_extent(self) -> list[float]: ...
 
 class Proposal:
     """Which modes of a large set are alive."""
 
-    def __init__(self, *, kind: Propose = Propose.all, slots: int = 0, start: Sequence[float] = [], neighbours: Sequence[Sequence[int]] = [], numbers: Sequence[float] = []) -> None: ...
-
+    def __init__(
+        self,
+        *,
+        kind: Propose = Propose.all,
+        slots: int = 0,
+        start: Sequence[float] = [],
+        neighbours: Sequence[Sequence[int]] = [],
+        numbers: Sequence[float] = [],
+    ) -> None: ...
     @property
     def kind(self) -> Propose: ...
 
@@ -221,157 +233,170 @@ class Detection:
     """Input estimation beside one mode; window 0 for none."""
 
     def __init__(self, *, window: int = 0, shortest: int = 1, threshold: float = 0.0) -> None: ...
-
     @property
     def window(self) -> int: ...
 
 class Aid:
     """A learned correction of what goes out."""
 
-    def __init__(self, *, kind: AidInputs = AidInputs.none, model: AidModel = AidModel.network, inputs: int = 0, outputs: int = 0, sizes: Sequence[int] = [], numbers: Sequence[float] = []) -> None: ...
+    def __init__(
+        self,
+        *,
+        kind: AidInputs = AidInputs.none,
+        model: AidModel = AidModel.network,
+        inputs: int = 0,
+        outputs: int = 0,
+        sizes: Sequence[int] = [],
+        numbers: Sequence[float] = [],
+    ) -> None: ...
 
 class Declaration:
     """A whole filter, before it is made ready to run."""
 
     @overload
     def __init__(self) -> None: ...
-
     @overload
     def __init__(self, other: Declaration) -> None: ...
-
     @property
     def modes(self) -> list[Mode]: ...
-
     @modes.setter
     def modes(self, arg: Sequence[Mode], /) -> None: ...
-
     @property
     def sensors(self) -> list[Sensor]: ...
-
     @sensors.setter
     def sensors(self, arg: Sequence[Sensor], /) -> None: ...
-
     @property
     def continuous(self) -> bool: ...
-
     @continuous.setter
     def continuous(self, arg: bool, /) -> None: ...
-
     @property
     def transition(self) -> list[float]: ...
-
     @transition.setter
     def transition(self, arg: Sequence[float], /) -> None: ...
-
     @property
     def initial_probability(self) -> list[float]: ...
-
     @initial_probability.setter
     def initial_probability(self, arg: Sequence[float], /) -> None: ...
-
     @property
     def unscented(self) -> bool: ...
-
     @unscented.setter
     def unscented(self, arg: bool, /) -> None: ...
-
     @property
     def unbiased_mixing(self) -> bool: ...
-
     @unbiased_mixing.setter
     def unbiased_mixing(self, arg: bool, /) -> None: ...
-
     @property
     def outlier_share(self) -> float: ...
-
     @outlier_share.setter
     def outlier_share(self, arg: float, /) -> None: ...
-
     @property
     def restart_after(self) -> int: ...
-
     @restart_after.setter
     def restart_after(self, arg: int, /) -> None: ...
-
     @property
     def coast(self) -> float: ...
-
     @coast.setter
     def coast(self, arg: float, /) -> None: ...
-
     @property
     def start(self) -> Start: ...
-
     @start.setter
     def start(self, arg: Start, /) -> None: ...
-
     @property
     def velocity_variance(self) -> float: ...
-
     @velocity_variance.setter
     def velocity_variance(self, arg: float, /) -> None: ...
-
     @property
     def interaction(self) -> Interaction: ...
-
     @interaction.setter
     def interaction(self, arg: Interaction, /) -> None: ...
-
     @property
     def side(self) -> list[Mode]: ...
-
     @side.setter
     def side(self, arg: Sequence[Mode], /) -> None: ...
-
     @property
     def proposal(self) -> Proposal: ...
-
     @proposal.setter
     def proposal(self, arg: Proposal, /) -> None: ...
-
     @property
     def scores(self) -> Adaptation: ...
-
     @scores.setter
     def scores(self, arg: Adaptation, /) -> None: ...
-
     @property
     def detection(self) -> Detection: ...
-
     @detection.setter
     def detection(self, arg: Detection, /) -> None: ...
-
     @property
     def aid(self) -> Aid: ...
-
     @aid.setter
     def aid(self, arg: Aid, /) -> None: ...
-
     @property
     def columns(self) -> int:
         """Of the measurement with the most components."""
 
 largest_own: int = 16
 
-def mix(x: Sequence[Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]], P: Sequence[Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]], w: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple: ...
-
-def update(x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], P: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], y: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], H: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], R: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], present: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> tuple: ...
-
-def root(P: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], semidefinite: bool = False, least: float = 1e-300) -> NDArray[numpy.float64]: ...
-
-def solve(L: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], X: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], transposed: bool = False) -> NDArray[numpy.float64]: ...
-
-def linearise_motion(motion: Mode, unscented: bool, dt: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], P: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], input: object | None) -> tuple: ...
-
-def observe_sensor(sensor: Sensor, x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple: ...
-
-def position_of(sensor: Sensor, z: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], R: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], present: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> tuple: ...
-
-def transition_over(continuous: bool, matrix: Sequence[float], modes: int, dt: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]: ...
+def mix(
+    x: Sequence[Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)]],
+    P: Sequence[Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)]],
+    w: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+) -> tuple: ...
+def update(
+    x: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    P: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    y: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    H: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    R: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    present: Annotated[NDArray[numpy.bool_], dict(order="C", device="cpu", writable=False)],
+) -> tuple: ...
+def root(
+    P: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    semidefinite: bool = False,
+    least: float = 1e-300,
+) -> NDArray[numpy.float64]: ...
+def solve(
+    L: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    X: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    transposed: bool = False,
+) -> NDArray[numpy.float64]: ...
+def linearise_motion(
+    motion: Mode,
+    unscented: bool,
+    dt: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    x: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    P: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    input: object | None,
+) -> tuple: ...
+def observe_sensor(
+    sensor: Sensor, x: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)]
+) -> tuple: ...
+def position_of(
+    sensor: Sensor,
+    z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    R: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    present: Annotated[NDArray[numpy.bool_], dict(order="C", device="cpu", writable=False)],
+) -> tuple: ...
+def transition_over(
+    continuous: bool,
+    matrix: Sequence[float],
+    modes: int,
+    dt: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+) -> NDArray[numpy.float64]: ...
 
 largest_population_modes: int = 5
 
-def population_errors(tables: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], transition: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], probability: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], time: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], z: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], velocity: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], variance: float, result: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], threads: int) -> None: ...
+def population_errors(
+    tables: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    count: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    transition: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    probability: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    time: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    position: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    velocity: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    variance: float,
+    result: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu")],
+    threads: int,
+) -> None: ...
 
 class Figure(enum.Enum):
     """Which figure of a filter is differentiated."""
@@ -388,7 +413,28 @@ def numbers(engine: Engine) -> list[float]:
 def differentiable(engine: Engine) -> bool:
     """Whether the filter's figures have derivatives by them."""
 
-def gradient(engine: Engine, time: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], z: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], columns: int, offsets: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], sensor: object | None, noise: object | None, full_noise: bool, input: object | None, prior_x: object | None, prior_P: object | None, figure: Figure, ahead: int, components: Sequence[int], target: object | None, weight: object | None, tangents: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], slope: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], threads: int) -> None:
+def gradient(
+    engine: Engine,
+    time: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    columns: int,
+    offsets: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    sensor: object | None,
+    noise: object | None,
+    full_noise: bool,
+    input: object | None,
+    prior_x: object | None,
+    prior_P: object | None,
+    figure: Figure,
+    ahead: int,
+    components: Sequence[int],
+    target: object | None,
+    weight: object | None,
+    tangents: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    value: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu")],
+    slope: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu")],
+    threads: int,
+) -> None:
     """
     Sums of a figure per track into value (tracks, sums), their derivatives along the tangents into slope.
     """
@@ -397,40 +443,53 @@ lanes: int = 8
 
 class Engine:
     def __init__(self, declaration: Declaration) -> None: ...
-
-    def run(self, time: Annotated[NDArray[numpy.float64], dict(order='C', writable=False)], z: Annotated[NDArray[numpy.float64], dict(order='C', writable=False)], columns: int, offsets: Annotated[NDArray[numpy.int64], dict(order='C', writable=False)], sensor: object | None, noise: object | None, full_noise: bool, input: object | None, prior_x: object | None, prior_P: object | None, results: list, status: object | None, smooth: bool, threads: int) -> None: ...
-
+    def run(
+        self,
+        time: Annotated[NDArray[numpy.float64], dict(order="C", writable=False)],
+        z: Annotated[NDArray[numpy.float64], dict(order="C", writable=False)],
+        columns: int,
+        offsets: Annotated[NDArray[numpy.int64], dict(order="C", writable=False)],
+        sensor: object | None,
+        noise: object | None,
+        full_noise: bool,
+        input: object | None,
+        prior_x: object | None,
+        prior_P: object | None,
+        results: list,
+        status: object | None,
+        smooth: bool,
+        threads: int,
+    ) -> None: ...
     def one(self, arg: int, /) -> LiveOne: ...
-
     def many(self, arg0: int, arg1: int, /) -> LiveMany: ...
 
 class Estimate:
     @property
     def time(self) -> float: ...
-
     @property
     def x(self) -> object: ...
-
     @property
     def P(self) -> object: ...
-
     @property
     def mode_probability(self) -> object: ...
-
     @property
     def log_likelihood(self) -> float: ...
-
     @property
     def nis(self) -> float: ...
-
     @property
     def nis_dof(self) -> float: ...
-
     @property
     def status(self) -> str: ...
 
 class LiveOne:
-    def update(self, t: object, z: object | None, sensor: int = 0, covariance: object | None = None, input: object | None = None) -> Estimate:
+    def update(
+        self,
+        t: object,
+        z: object | None,
+        sensor: int = 0,
+        covariance: object | None = None,
+        input: object | None = None,
+    ) -> Estimate:
         """
         One measurement at time t; returns the estimate it leads to. A missing z is None, a missing component NaN or None.
         """
@@ -438,7 +497,12 @@ class LiveOne:
     def predict(self, t: object) -> Estimate:
         """The estimate expected at time t; the live state is not touched."""
 
-    def begin(self, x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], P: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], time: float) -> None:
+    def begin(
+        self,
+        x: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        P: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        time: float,
+    ) -> None:
         """Start from a given state at a time."""
 
     def reset(self) -> None:
@@ -453,14 +517,25 @@ class LiveOne:
     def __getstate__(self) -> bytes: ...
 
 class LiveMany:
-    def update(self, t: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], z: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], sensor: object | None, noise: object | None, input: object | None, results: list, predict_only: bool) -> None: ...
-
-    def begin(self, arg0: int, arg1: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], arg2: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], arg3: float, /) -> None: ...
-
+    def update(
+        self,
+        t: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        sensor: object | None,
+        noise: object | None,
+        input: object | None,
+        results: list,
+        predict_only: bool,
+    ) -> None: ...
+    def begin(
+        self,
+        arg0: int,
+        arg1: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        arg2: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        arg3: float,
+        /,
+    ) -> None: ...
     def reset(self, arg: int, /) -> None: ...
-
     def time(self, arg: int, /) -> float: ...
-
     def save(self) -> bytes: ...
-
     def restore(self, arg: bytes, /) -> None: ...

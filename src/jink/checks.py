@@ -30,9 +30,7 @@ def positive(name: str, value: float, *, zero: bool = False) -> float:
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{name}: expected a number, got {_short(value)}") from None
     if not np.isfinite(number) or number < 0 or (number == 0 and not zero):
-        raise ValueError(
-            f"{name}: expected a {'non-negative' if zero else 'positive'} number, got {number:g}"
-        )
+        raise ValueError(f"{name}: expected a {'non-negative' if zero else 'positive'} number, got {number:g}")
     return number
 
 
@@ -62,9 +60,7 @@ def exactly_one(owner: str, **given: object) -> str:
     """The name of the one argument that is not None."""
     names = [name for name, value in given.items() if value is not None]
     if len(names) != 1:
-        raise ValueError(
-            f"{owner}: give exactly one of {' or '.join(given)}, got {', '.join(names) or 'none'}"
-        )
+        raise ValueError(f"{owner}: give exactly one of {' or '.join(given)}, got {', '.join(names) or 'none'}")
     return names[0]
 
 

@@ -27,10 +27,11 @@ class Estimate:
     """Estimates row by row, for the outputs that were asked for; the others raise AttributeError when looked at.
 
     x (N, n) and P (N, n, n): mean and covariance in ``components``; mode_probability (N, M) of ``modes``;
-    log_likelihood (B,) per track and log_likelihood_scan (N,) per row; nis (N,) of the moment-matched innovation with nis_dof
-    components (for several modes not exactly χ²: pit (N, m), the probability integral transform of each measured component
-    given those before it, is uniform for a consistent filter); status (N,) of :class:`Status`. NaN before a track starts.
-    non_manoeuvring: of each mode whether a target in it does not manoeuvre (:mod:`jink.models.non_manoeuvring`).
+    log_likelihood (B,) per track and log_likelihood_scan (N,) per row; nis (N,) of the moment-matched innovation with
+    nis_dof components (for several modes not exactly χ²: pit (N, m), the probability integral transform of each
+    measured component given those before it, is uniform for a consistent filter); status (N,) of :class:`Status`. NaN
+    before a track starts. non_manoeuvring: of each mode whether a target in it does not manoeuvre
+    (:mod:`jink.models.non_manoeuvring`).
     """
 
     components: tuple[str, ...]
@@ -40,7 +41,9 @@ class Estimate:
 
     @property
     def manoeuvring(self) -> NDArray[np.float64]:
-        """Probability (N,) of the modes in which a target manoeuvres; NaN for a filter whose modes do not tell manoeuvres apart."""
+        """Probability (N,) of the modes in which a target manoeuvres; NaN for a filter whose modes do not tell
+        manoeuvres apart.
+        """
         mu = self.mode_probability
         if not any(self.non_manoeuvring):
             return np.full(mu.shape[:-1], np.nan)
@@ -48,7 +51,9 @@ class Estimate:
 
     @property
     def scored(self) -> NDArray[np.bool_]:
-        """Rows (N,) whose measurement met a prediction, believed or not: those that have a likelihood and a NIS to compare."""
+        """Rows (N,) whose measurement met a prediction, believed or not: those that have a likelihood and a NIS to
+        compare.
+        """
         return np.isin(self.status, (Status.updated, Status.gated))
 
     def __getattr__(self, name: str) -> NDArray[Any]:

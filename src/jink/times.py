@@ -23,7 +23,5 @@ def seconds(time: ArrayLike | datetime) -> NDArray[np.float64] | float:
     try:
         value = np.asarray(array, dtype=float)
     except (TypeError, ValueError):
-        raise TypeError(
-            f"time: expected seconds or dates, got {array.dtype} such as {array.flat[0]!r}"
-        ) from None
+        raise TypeError(f"time: expected seconds or dates, got {array.dtype} such as {array.flat[0]!r}") from None
     return value if array.ndim else float(value)

@@ -61,11 +61,7 @@ def test_repeated_positions_of_a_moving_target_become_misses():
     assert cleaned.counts["stale_positions"] == 4  # two in the middle, two at the end
     assert cleaned.rows["measured"].to_list() == [True, True, False, False, True, True, False, False]
     assert np.isnan(cleaned.rows["x"].to_numpy()[[2, 3, 6, 7]]).all()
-    assert (
-        _clean(_rows(range(8), [0, 200, 200, 200, 800, 1000, 1000, 1000]), drop_stale=False)
-        .rows["measured"]
-        .all()
-    )
+    assert _clean(_rows(range(8), [0, 200, 200, 200, 800, 1000, 1000, 1000]), drop_stale=False).rows["measured"].all()
 
 
 def test_a_target_at_rest_is_believed():

@@ -30,15 +30,11 @@ def test_usual_names_are_recognised(names, expected):
 
 
 def test_units_come_from_names():
-    columns = recognise(
-        "f", ["track_id", "time_ms", "range [km]", "azimuth_deg", "Elevation (mrad)", "speed_kt"]
-    )
+    columns = recognise("f", ["track_id", "time_ms", "range [km]", "azimuth_deg", "Elevation (mrad)", "speed_kt"])
     units = {role: column.unit for role, column in columns.roles.items()}
     assert columns.position == "polar"
     assert units["time"] == 1e-3 and units["range"] == 1000.0 and units["elevation"] == 1e-3
-    assert units["azimuth"] == pytest.approx(math.pi / 180) and units["speed"] == pytest.approx(
-        0.514444, abs=1e-6
-    )
+    assert units["azimuth"] == pytest.approx(math.pi / 180) and units["speed"] == pytest.approx(0.514444, abs=1e-6)
     assert recognise("f", ["t", "x_nmi", "y_nmi", "z_ft"]).roles["z"].unit == 0.3048
     assert recognise("f", ["t", "lat", "lon", "alt_baro"]).roles["altitude"].unit == 0.3048
     assert recognise("f", ["t", "lat", "lon", "altitude"]).roles["altitude"].unit is None
@@ -65,8 +61,7 @@ def test_errors_list_what_was_found_and_what_was_looked_for():
         recognise("plots.csv", ["when", "breite", "laenge"])
     message = str(caught.value)
     assert all(
-        word in message
-        for word in ("plots.csv", "when, breite, laenge", "latitude: latitude, lat", "--columns")
+        word in message for word in ("plots.csv", "when, breite, laenge", "latitude: latitude, lat", "--columns")
     )
     with pytest.raises(InputError, match=r"a time column is needed.*\n.*Found: lat, lon"):
         recognise("f", ["lat", "lon"])

@@ -11,9 +11,7 @@ import pytest
 from jink.io.errors import InputError
 from jink.io.files import expand, open_table
 
-FRAME = pl.DataFrame(
-    {"id": ["a", "a", "b"], "t": [1, 2, 3], "lat": [45.0, 45.5, None], "lon": [5.0, 5.25, 5.5]}
-)
+FRAME = pl.DataFrame({"id": ["a", "a", "b"], "t": [1, 2, 3], "lat": [45.0, 45.5, None], "lon": [5.0, 5.25, 5.5]})
 
 
 def _bytes(frame: pl.DataFrame, how: str) -> bytes:
@@ -129,9 +127,7 @@ def test_json_keys_and_types_that_appear_late_are_found(tmp_path):
 
 
 def test_csv_lines_with_too_few_or_too_many_fields_are_set_aside(tmp_path):
-    rows, unreadable = _read(
-        _write(tmp_path / "x.csv", b"id,t,lat,lon\na,1,45,5\na,2,45\nb,3,45,5,9\n\nb,4,46,6\nb,5")
-    )
+    rows, unreadable = _read(_write(tmp_path / "x.csv", b"id,t,lat,lon\na,1,45,5\na,2,45\nb,3,45,5,9\n\nb,4,46,6\nb,5"))
     assert rows["row"].to_list() == [0, 3] and rows["id"].to_list() == ["a", "b"]
     assert unreadable["row"].to_list() == [1, 2, 4]
     assert unreadable["reason"][0] == "line 3 has 3 fields, the header 4"
@@ -140,11 +136,7 @@ def test_csv_lines_with_too_few_or_too_many_fields_are_set_aside(tmp_path):
 def test_csv_with_quotes_line_ends_and_foreign_bytes(tmp_path):
     content = b'id,t,name\r\n"a, b",1,"x"\r\nb,2,"two\nlines"\r\nc,3,"\xff"\r\n'
     rows, unreadable = _read(_write(tmp_path / "x.csv", content))
-    assert (
-        rows["id"].to_list() == ["a, b", "b", "c"]
-        and rows["name"][1] == "two\nlines"
-        and unreadable.height == 0
-    )
+    assert rows["id"].to_list() == ["a, b", "b", "c"] and rows["name"][1] == "two\nlines" and unreadable.height == 0
 
 
 @pytest.mark.parametrize(

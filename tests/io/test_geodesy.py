@@ -11,9 +11,7 @@ from jink.io.geodesy import DevelopedFrame, SiteFrame, develop
 GEOD = Geod(ellps="WGS84")
 
 
-def _along(
-    latitude: float, longitude: float, azimuth: float, distances: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _along(latitude: float, longitude: float, azimuth: float, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     full = [np.full(distances.shape, value) for value in (longitude, latitude, azimuth)]
     lon, lat, _ = GEOD.fwd(*full, distances)
     return np.asarray(lat), np.asarray(lon)
@@ -60,9 +58,7 @@ def test_an_offset_goes_back_in_the_right_direction_far_from_the_start():
     azimuth, _, distance = GEOD.inv(lon[-1], lat[-1], new_lon[-1], new_lat[-1])
     assert distance == pytest.approx(1000, abs=1e-5)
     leg = GEOD.inv(lon[-2], lat[-2], lon[-1], lat[-1])[1] + 180.0
-    assert (azimuth - leg) % 360 == pytest.approx(0, abs=1e-6) or (azimuth - leg) % 360 == pytest.approx(
-        360, abs=1e-6
-    )
+    assert (azimuth - leg) % 360 == pytest.approx(0, abs=1e-6) or (azimuth - leg) % 360 == pytest.approx(360, abs=1e-6)
     true_course = (ahead + np.degrees(convergence[-1])) % 360
     reverse = (GEOD.inv(lon[-1], lat[-1], new_lon[-1], new_lat[-1])[1] + 180.0) % 360
     assert true_course == pytest.approx(reverse, abs=1e-6)
@@ -92,9 +88,7 @@ def test_a_lone_position_on_another_continent_does_not_bend_what_follows():
     assert np.hypot(frame.x[20], frame.y[20]) > 1.6e7
 
 
-@given(
-    st.floats(-85, 85), st.floats(-180, 180), st.floats(-2e5, 2e5), st.floats(-2e5, 2e5), st.floats(0, 2e4)
-)
+@given(st.floats(-85, 85), st.floats(-180, 180), st.floats(-2e5, 2e5), st.floats(-2e5, 2e5), st.floats(0, 2e4))
 def test_the_frame_of_a_site_agrees_with_proj(latitude, longitude, x, y, z):
     frame = SiteFrame(latitude, longitude, 300.0)
     lat, lon, _, altitude = frame.to_geographic(np.array([x]), np.array([y]), np.array([z]))
@@ -107,9 +101,7 @@ def test_the_frame_of_a_site_agrees_with_proj(latitude, longitude, x, y, z):
 
 def test_a_flat_site_measures_along_the_ground():
     frame = SiteFrame(48.0, 11.0)
-    lat, lon, convergence, altitude = frame.to_geographic(
-        np.array([30_000.0, np.nan]), np.array([40_000.0, 0.0])
-    )
+    lat, lon, convergence, altitude = frame.to_geographic(np.array([30_000.0, np.nan]), np.array([40_000.0, 0.0]))
     azimuth, back, distance = GEOD.inv(11.0, 48.0, lon[0], lat[0])
     assert (
         distance == pytest.approx(50_000)

@@ -92,9 +92,7 @@ def test_coordinates_are_believed_when_told_so():
 
 
 def test_longitudes_to_360_degrees_are_wrapped():
-    assert _measure({"t": [0], "lat": [10.0], "lon": [190.0]}).rows["longitude"].item() == pytest.approx(
-        -170.0
-    )
+    assert _measure({"t": [0], "lat": [10.0], "lon": [190.0]}).rows["longitude"].item() == pytest.approx(-170.0)
 
 
 def test_an_unreadable_altitude_leaves_the_position():
@@ -116,9 +114,7 @@ def test_without_identifier_all_rows_are_one_target_and_that_is_said():
 def test_accuracy_categories_become_standard_deviations():
     found = _measure(PLACES | {"NACp": [8, 0, None], "nic": [8, 7, 15], "gva": [2, 1, 0]})
     sd = found.rows["position_sd"].to_numpy()
-    assert sd[0] == pytest.approx(
-        92.6 / 2.4477, rel=1e-3
-    )  # 95 % of a circular Gaussian lies within 2.4477 sd
+    assert sd[0] == pytest.approx(92.6 / 2.4477, rel=1e-3)  # 95 % of a circular Gaussian lies within 2.4477 sd
     assert sd[1] == pytest.approx(370.4 / 4.7985, rel=1e-3) and np.isnan(sd[2])
     np.testing.assert_allclose(found.rows["altitude_sd"].to_numpy(), [45 / 1.96, 150 / 1.96, np.nan])
 

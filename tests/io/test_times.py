@@ -16,13 +16,22 @@ SECONDS = INSTANT.timestamp()
 @pytest.mark.parametrize(
     "value",
     [
-        INSTANT, INSTANT.replace(tzinfo=None), SECONDS, SECONDS * 1e3, int(SECONDS * 1e6),
-        int(SECONDS * 1e3) * 1_000_000, "2021-10-07T12:12:53.25Z", "2021-10-07 12:12:53.250",
-        "2021-10-07T14:12:53.25+02:00", "2021-10-07 12:12:53.25 UTC",
-        "2021-10-07T08:12:53.250000-0400", "2021-10-07T13:12:53.25+01", str(SECONDS),
+        INSTANT,
+        INSTANT.replace(tzinfo=None),
+        SECONDS,
+        SECONDS * 1e3,
+        int(SECONDS * 1e6),
+        int(SECONDS * 1e3) * 1_000_000,
+        "2021-10-07T12:12:53.25Z",
+        "2021-10-07 12:12:53.250",
+        "2021-10-07T14:12:53.25+02:00",
+        "2021-10-07 12:12:53.25 UTC",
+        "2021-10-07T08:12:53.250000-0400",
+        "2021-10-07T13:12:53.25+01",
+        str(SECONDS),
         "13/10/2021 12:12:53.25",
     ],
-)  # fmt: skip
+)
 def test_every_usual_form_is_read(value):
     times = read_times("f", pl.Series([value, None]), None, None)
     late = 6 * 86400 if str(value).startswith("13/") else 0
@@ -45,9 +54,7 @@ def test_small_numbers_are_plain_seconds_and_units_of_the_name_count():
 
 def test_day_first_or_month_first_is_decided_only_when_it_can_be():
     assert (
-        read_times("f", pl.Series(["05/13/2021 00:00:00", "05/01/2021 00:00:00"]), None, None).seconds[0]
-        % 86400
-        == 0
+        read_times("f", pl.Series(["05/13/2021 00:00:00", "05/01/2021 00:00:00"]), None, None).seconds[0] % 86400 == 0
     )
     with pytest.raises(InputError, match="day first or month first"):
         read_times("f", pl.Series(["05/04/2021 00:00:00", "06/04/2021 00:00:00"]), None, None)

@@ -96,10 +96,7 @@ def test_a_failure_leaves_the_old_file_and_no_other(tmp_path):
     with atomically(old, new) as names:
         for name in names:
             name.write_text("after")
-    assert (
-        sorted(path.name for path in tmp_path.iterdir()) == ["new.csv", "old.csv"]
-        and old.read_text() == "after"
-    )
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["new.csv", "old.csv"] and old.read_text() == "after"
 
 
 def test_an_output_that_cannot_be_written_is_said_beforehand(tmp_path):

@@ -45,9 +45,7 @@ def test_a_small_known_anfis_is_recovered(kind, method):
         "gaussian": [[-1.0, 0.8], [1.0, 0.8]],
         "bell": [[-1.0, 1.0, 2.0], [1.0, 1.0, 2.0]],
     }[kind]
-    truth = Anfis(
-        kind, [memberships] * 2, [[[1.0, 0, 0]], [[0, 1.0, 0.5]], [[-1.0, 0, 0]], [[0, -1.0, -0.5]]]
-    )
+    truth = Anfis(kind, [memberships] * 2, [[[1.0, 0, 0]], [[0, 1.0, 0.5]], [[-1.0, 0, 0]], [[0, -1.0, -0.5]]])
     rng = np.random.default_rng(0)
     u, fresh = rng.uniform(-1.5, 1.5, (2, 600, 2))
     found = fit_anfis(u, truth(u), kind=kind, functions=2, method=method, epochs=400, rate=0.02, ridge=1e-9)
@@ -166,9 +164,7 @@ def test_inputs_may_have_functions_each():
 
 def test_an_aid_in_wrong_units_is_refused():
     corrector = fit_corrector(SLUGGISH, aircraft(3, 1), aircraft(2, 2), model="linear")
-    scaled = {
-        name: [v / 1e6 for v in getattr(corrector, name)] for name in ("low", "high", "centre", "scale")
-    }
+    scaled = {name: [v / 1e6 for v in getattr(corrector, name)] for name in ("low", "high", "centre", "scale")}
     with pytest.raises(ValueError, match="expected metres"):
         Aided(SLUGGISH, replace(corrector, **scaled))
 
@@ -186,9 +182,14 @@ def test_an_aid_in_wrong_units_is_refused():
 def test_correctors_that_make_no_sense_are_refused(change, message):
     model = fit_anfis(np.eye(2), np.ones((2, 1)), functions=1, epochs=0)
     given = {
-        "model": model, "inputs": "titi-guney", "low": (-1.0, -1.0), "high": (1.0, 1.0), "centre": (0.0, 0.0), "scale": (1.0, 1.0),
+        "model": model,
+        "inputs": "titi-guney",
+        "low": (-1.0, -1.0),
+        "high": (1.0, 1.0),
+        "centre": (0.0, 0.0),
+        "scale": (1.0, 1.0),
         "output_scale": (1.0,),
-    }  # fmt: skip
+    }
     with pytest.raises(ValueError, match=message):
         Corrector(**{**given, **change})
 

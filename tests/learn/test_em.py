@@ -1,4 +1,6 @@
-"""Expectation-maximisation for a linear model, from the textbook: its fixed point is where the likelihood is greatest."""
+"""Expectation-maximisation for a linear model, from the textbook: its fixed point is where the likelihood is
+greatest.
+"""
 
 from __future__ import annotations
 
@@ -71,9 +73,12 @@ def greatest():
     parameters = Parameters(start, free=["*"])
     assert parameters.names == ("constant_velocity.acceleration_psd", "sensor.sd")
     found = minimize(
-        lambda u: Likelihood().evaluate(parameters, u, tracks)[:2], parameters.start, jac=True, method="L-BFGS-B",
+        lambda u: Likelihood().evaluate(parameters, u, tracks)[:2],
+        parameters.start,
+        jac=True,
+        method="L-BFGS-B",
         options={"ftol": 1e-15, "gtol": 1e-9},
-    )  # fmt: skip
+    )
     return z, tracks, parameters, found.x
 
 

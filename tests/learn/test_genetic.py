@@ -1,4 +1,6 @@
-"""Identification of rules: the evaluator against the textbook filter, fitness by hand, recovery, stopping and resuming."""
+"""Identification of rules: the evaluator against the textbook filter, fitness by hand, recovery, stopping and
+resuming.
+"""
 
 from __future__ import annotations
 
@@ -26,9 +28,7 @@ def test_the_evaluator_is_the_textbook_filter():
     runs.z[1, 30:33] = np.nan
     tables = [Rules.table(t.table(unit=1000.0), 1000.0, 1e6) for t in PUBLISHED["lee-2003"]]
     start = [float(t.q(np.zeros(1), np.zeros(1))[0]) for t in tables]
-    expected = fuzzy_imm(
-        runs.time[0], runs.z, np.array([[runs.sd**2]]), tables, STAY, np.array([0.6, 0.2, 0.2]), start
-    )
+    expected = fuzzy_imm(runs.time[0], runs.z, np.array([[runs.sd**2]]), tables, STAY, np.array([0.6, 0.2, 0.2]), start)
     found = errors_of_rules(PUBLISHED["lee-2003"], runs, transition=STAY, probability=[0.6, 0.2, 0.2])
     for axis, truth, rms in ((0, runs.position, found.position), (1, runs.velocity, found.velocity)):
         error = expected.x[:, 3:, axis] - truth[:, 3:, 0]

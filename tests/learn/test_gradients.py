@@ -68,9 +68,17 @@ def test_the_tracking_error_through_the_filter(inputs, output, centre, scale, sh
     runs.time[:] = np.cumsum(np.random.default_rng(0).uniform(0.5, 1.5, runs.time.shape), axis=1)
     values = mlp.initial([3, 6, 1], np.random.default_rng(3))
     model = NoiseNetwork(
-        network=mlp.as_network(values), inputs=inputs, output=output, centre=centre, scale=scale,
-        least=1.0, most=196.0, start=1.0, output_centre=60.0, output_scale=20.0,
-    )  # fmt: skip
+        network=mlp.as_network(values),
+        inputs=inputs,
+        output=output,
+        centre=centre,
+        scale=scale,
+        least=1.0,
+        most=196.0,
+        start=1.0,
+        output_centre=60.0,
+        output_scale=20.0,
+    )
     rollout = noise.Rollout(model, runs)
     loss = lambda: end_to_end._loss(rollout.forward(values), runs, share)[0]  # noqa: E731
     expected = differences(loss, values)

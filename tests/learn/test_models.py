@@ -13,9 +13,7 @@ from jink.catalogue.shipped import file_name, shipped
 from jink.papers.training.shipped import CHOI, SEEDS, TRAINERS, train
 
 FOLDER = resources.files("jink.catalogue") / "models"
-FILES = {
-    file_name(name, seed): (name, seed) for name in TRAINERS for seed in (SEEDS if name in CHOI else [None])
-}
+FILES = {file_name(name, seed): (name, seed) for name in TRAINERS for seed in (SEEDS if name in CHOI else [None])}
 SMALL = ["titi-guney-tuned-linear.json", "choi-2001-published-3-seed-1.json", "choi-2001-modes-3-seed-0.json"]
 
 

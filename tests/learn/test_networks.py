@@ -88,9 +88,7 @@ def test_training_ends_where_nothing_gets_better():
         (50, lambda: train_end_to_end(TRAINING, VALIDATION, patience=50, rate=10.0, **settings)),
         (
             10,
-            lambda: train_scores_end_to_end(
-                BANK, TRAINING.take(slice(0, 16)), VALIDATION, **scored, **settings
-            ),
+            lambda: train_scores_end_to_end(BANK, TRAINING.take(slice(0, 16)), VALIDATION, **scored, **settings),
         ),
     ):
         seen.clear()

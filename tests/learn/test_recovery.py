@@ -1,4 +1,6 @@
-"""Parameters used to simulate come back: the truth lies within three standard errors of what is fitted to the measurements."""
+"""Parameters used to simulate come back: the truth lies within three standard errors of what is fitted to the
+measurements.
+"""
 
 from __future__ import annotations
 
@@ -58,8 +60,9 @@ def test_singer():
 def test_imm_of_two_modes():
     """Both noises and both transition rows of 500 tracks whose modes switch.
 
-    Seen finely, velocity too: an IMM's likelihood is the true one only where the state is known whatever the modes were before.
-    Seen with 15 m the merging of modes biases a fit by tens of its small standard errors: it fits the filter, not the target.
+    Seen finely, velocity too: an IMM's likelihood is the true one only where the state is known whatever the modes were
+    before. Seen with 15 m the merging of modes biases a fit by tens of its small standard errors: it fits the filter,
+    not the target.
     """
     rng = np.random.default_rng(8)
     time, sds = np.arange(SCANS) * 1.0, np.array([6.0, 40.0])

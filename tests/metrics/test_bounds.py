@@ -10,6 +10,7 @@ import pytest
 
 import jink
 from jink import metrics
+from jink.compare import clairvoyant
 
 sys.path.insert(0, str(Path(__file__).parent))
 import families
@@ -105,9 +106,7 @@ def test_a_radar_filter_obeys_the_bound_and_comes_close():
         x = x @ F.T + rng.standard_normal((runs, 4)) @ root.T if k else x
         truth[:, k] = x
     position = truth[..., [0, 2]]
-    z = np.stack(
-        [np.hypot(*np.moveaxis(position, -1, 0)), np.arctan2(position[..., 0], position[..., 1])], -1
-    )
+    z = np.stack([np.hypot(*np.moveaxis(position, -1, 0)), np.arctan2(position[..., 0], position[..., 1])], -1)
     z += rng.standard_normal(z.shape) * np.sqrt(np.diag(noise))
     filter = jink.Kalman(
         jink.ConstantVelocity(acceleration_psd=1.0),
@@ -144,9 +143,7 @@ def figures(runs, estimate):
 
 def told(runs, **known):
     time = np.arange(runs.position.shape[1], dtype=float)
-    return metrics.clairvoyant(
-        time, runs.measured, sensor=jink.Position(sd=runs.sd), acceleration_sd=1.0, **known
-    )
+    return clairvoyant(time, runs.measured, sensor=jink.Position(sd=runs.sd), acceleration_sd=1.0, **known)
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,4 @@ def test_different_runs_cannot_be_paired():
 
 @pytest.mark.parametrize("dof", [4, 9, 30, 999])
 def test_student_quantile(dof):
-    assert student_quantile(0.975, dof) == pytest.approx(
-        stats.t.ppf(0.975, dof), rel=0.01 if dof < 9 else 5e-4
-    )
+    assert student_quantile(0.975, dof) == pytest.approx(stats.t.ppf(0.975, dof), rel=0.01 if dof < 9 else 5e-4)

@@ -72,9 +72,7 @@ def test_quantile_and_trimmed_rmse():
         median = math.sqrt((squares[middle - 1] + squares[middle]) / 2)
     assert metrics.quantile(e, 0.5).value == pytest.approx(median, rel=1e-12)
     kept = squares[: len(squares) - int(0.1 * len(squares))]
-    assert metrics.trimmed_rmse(e, share=0.1).value == pytest.approx(
-        math.sqrt(sum(kept) / len(kept)), rel=1e-12
-    )
+    assert metrics.trimmed_rmse(e, share=0.1).value == pytest.approx(math.sqrt(sum(kept) / len(kept)), rel=1e-12)
     with pytest.raises(ValueError, match="share"):
         metrics.trimmed_rmse(e, share=1.0)
 

@@ -30,9 +30,7 @@ def test_nees_by_inversion():
     value = metrics.nees(e, P)
     for r in range(5):
         for k in range(4):
-            expected = (
-                e[r, k] @ np.linalg.inv(P[r, k]) @ e[r, k] if P[r, k].any() and P[r, k, 1, 1] > 0 else np.nan
-            )
+            expected = e[r, k] @ np.linalg.inv(P[r, k]) @ e[r, k] if P[r, k].any() and P[r, k, 1, 1] > 0 else np.nan
             assert value[r, k] == pytest.approx(expected, rel=1e-8, nan_ok=True)
     with pytest.raises(ValueError, match="P: expected"):
         metrics.nees(e, P[..., :3])
@@ -54,9 +52,7 @@ def test_consistency_by_loops():
         scan = [float(v) for v in squares[:, k] if not math.isnan(v)]
         low, high = stats.chi2.ppf([0.025, 0.975], 4 * len(scan)) / len(scan)
         average = sum(scan) / len(scan)
-        assert (c.average[k - 1], c.low[k - 1], c.high[k - 1]) == pytest.approx(
-            (average, low, high), rel=1e-6
-        )
+        assert (c.average[k - 1], c.low[k - 1], c.high[k - 1]) == pytest.approx((average, low, high), rel=1e-6)
         inside += low <= average <= high
     assert c.scans_inside == inside / 8
 
@@ -100,17 +96,13 @@ def test_prediction_score():
     counted = np.ones((5, 6), bool)
     counted[2, 3] = False
     expected = [values[r, k] for r in range(5) for k in range(2, 6) if counted[r, k]]
-    assert metrics.prediction_score(values, first=2, counted=counted).value == pytest.approx(
-        np.mean(expected)
-    )
+    assert metrics.prediction_score(values, first=2, counted=counted).value == pytest.approx(np.mean(expected))
 
 
 @pytest.mark.parametrize("dof", [1, 2, 3, 7, 40, 1999, 2000, 5000, 400000])
 @pytest.mark.parametrize("p", [0.001, 0.025, 0.5, 0.975, 0.999])
 def test_chi_square_quantiles(dof, p):
-    assert chi_square.quantile(p, dof) == pytest.approx(
-        stats.chi2.ppf(p, dof), rel=1e-10 if dof < 2000 else 1e-5
-    )
+    assert chi_square.quantile(p, dof) == pytest.approx(stats.chi2.ppf(p, dof), rel=1e-10 if dof < 2000 else 1e-5)
 
 
 def test_chi_square_refuses_nonsense():

@@ -95,14 +95,10 @@ def test_without_manoeuvres_it_is_the_kalman_filter(prior):
         jink.Position(sd=500.0),
         initial=jink.OnePoint(velocity_sd=1e5),
     )
-    estimate = kalman.filter(
-        np.tile(np.arange(40.0), 3), runs.measured.reshape(-1, 2), offsets=np.arange(4) * 40
-    )
+    estimate = kalman.filter(np.tile(np.arange(40.0), 3), runs.measured.reshape(-1, 2), offsets=np.arange(4) * 40)
     index = [reference.components.index(name) for name in kalman.components]
     later = slice(2, None)
-    assert np.allclose(
-        reference.x[:, later, index], estimate.x.reshape(3, 40, 4)[:, later], rtol=1e-5, atol=0.05
-    )
+    assert np.allclose(reference.x[:, later, index], estimate.x.reshape(3, 40, 4)[:, later], rtol=1e-5, atol=0.05)
     cov = reference.P[..., index, :][..., index][:, later]
     assert np.allclose(cov, estimate.P.reshape(3, 40, 4, 4)[:, later], rtol=1e-3, atol=1)
 

@@ -64,9 +64,7 @@ class CurrentStatistical(Singer):
         for axis, tau in enumerate(self.time_constant):
             block = slice(3 * axis, 3 * axis + 3)
             variance = self.variance(x[..., 3 * axis + 2])
-            Q[..., block, block] = (
-                2 / tau * variance[..., None, None] * singer_exact(float(dt), float(tau))[1]
-            )
+            Q[..., block, block] = 2 / tau * variance[..., None, None] * singer_exact(float(dt), float(tau))[1]
         return Q
 
 

@@ -67,9 +67,7 @@ class Carry:
         return self.q
 
 
-def fuzzy_imm(
-    time: Array, z: Array, R: Array, rules: list[Rules], Pi: Array, mu: Array, q_start=None
-) -> Estimates:
+def fuzzy_imm(time: Array, z: Array, R: Array, rules: list[Rules], Pi: Array, mu: Array, q_start=None) -> Estimates:
     """IMM of constant-velocity modes with P- = F P F' + G q G', q per axis from that axis' own residual of
     that mode before the update (19-3 to 19-6), so that it belongs to the scan it is used in.
 

@@ -68,9 +68,7 @@ def input_estimation(
     )
     out.x[1], out.P[1] = mode.x, mode.P
     for k in range(2, N):
-        mode, onsets, u = scan(
-            motion, mode, onsets, z[k], R, time[k] - time[k - 1], window, threshold, shortest
-        )
+        mode, onsets, u = scan(motion, mode, onsets, z[k], R, time[k] - time[k - 1], window, threshold, shortest)
         if u is not None:
             out.detected[k], out.u[k] = True, u
         out.x[k], out.P[k] = mode.x, mode.P

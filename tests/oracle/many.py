@@ -64,9 +64,7 @@ def outer(a: Array) -> Array:
     return a[..., :, None] * a[..., None, :]
 
 
-def predict(
-    motion: Motion, mode: Mode, dt: float, u: Array | None = None, noise: Array | None = None
-) -> Mode:
+def predict(motion: Motion, mode: Mode, dt: float, u: Array | None = None, noise: Array | None = None) -> Mode:
     """x- = f(x) + G u, P- = F P F' + Q, where Q is the motion's own unless given."""
     x, F = motion.f(mode.x, dt), motion.F(mode.x, dt)
     if u is not None:

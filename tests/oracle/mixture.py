@@ -63,9 +63,7 @@ def match(weights, modes: list[Mode]) -> Mode:
     return Mode(x, P)
 
 
-def mix(
-    motions: list[Motion], modes: list[Mode], mu: Array, Pi: Array, mixing: str
-) -> tuple[Array, list[Mode]]:
+def mix(motions: list[Motion], modes: list[Mode], mu: Array, Pi: Array, mixing: str) -> tuple[Array, list[Mode]]:
     """Predicted mode probabilities c = Pi' mu and each mode's mixed start, weights Pi_ij mu_i / c_j."""
     c = Pi.T @ mu
     mixed = []

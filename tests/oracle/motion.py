@@ -88,9 +88,7 @@ class AccelerationNoise(Motion):
 
     def Q(self, dt):
         blocks = [
-            white_acceleration(
-                dt, None if self.sd is None else self.sd[a], None if self.psd is None else self.psd[a]
-            )
+            white_acceleration(dt, None if self.sd is None else self.sd[a], None if self.psd is None else self.psd[a])
             for a in range(self.axes)
         ]
         return block_diag(*blocks)
@@ -127,9 +125,7 @@ class ConstantAcceleration(Motion):
             return block_diag(*[sd**2 * np.outer(G, G) for sd in self.sd])
         assert self.psd is not None
         T = dt
-        unit = np.array(
-            [[T**5 / 20, T**4 / 8, T**3 / 6], [T**4 / 8, T**3 / 3, T**2 / 2], [T**3 / 6, T**2 / 2, T]]
-        )
+        unit = np.array([[T**5 / 20, T**4 / 8, T**3 / 6], [T**4 / 8, T**3 / 3, T**2 / 2], [T**3 / 6, T**2 / 2, T]])
         return block_diag(*[psd * unit for psd in self.psd])
 
 

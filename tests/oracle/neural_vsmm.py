@@ -83,9 +83,7 @@ def by_mode(network: Network, time: Array, z: Array, R: Array, variances, best: 
         start = match(mu, modes)
         now = [update(m, predict(m, start, dt), z[:, k], R) for m in motions]
         complete = ~np.isnan(z[:, k]).any(axis=-1)
-        nis = np.stack(
-            [np.einsum("bi,bij,bj->b", e.residual, np.linalg.inv(e.S), e.residual) for e in now], axis=-1
-        )
+        nis = np.stack([np.einsum("bi,bij,bj->b", e.residual, np.linalg.inv(e.S), e.residual) for e in now], axis=-1)
         scores = network(np.concatenate([mu, np.log(nis / axes + 0.01)], axis=1))
         return [e.mode for e in now], np.where(complete[:, None], best_of(scores, best), mu)
 

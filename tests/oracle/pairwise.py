@@ -86,9 +86,7 @@ def future(predicted: Predicted, smoothed: Mode) -> tuple[Array, Array, Array]:
     return eta[keep] / w[keep], (V.T @ whiten)[keep], 1 / w[keep]
 
 
-def given_future(
-    ahead: Predicted, predicted: Predicted, seen: tuple[Array, Array, Array]
-) -> tuple[Mode, float]:
+def given_future(ahead: Predicted, predicted: Predicted, seen: tuple[Array, Array, Array]) -> tuple[Mode, float]:
     """The pair's own smoothed state at k+1, its prediction updated by the future, and that update's log-
     likelihood.
     """

@@ -1,4 +1,5 @@
-"""Smoothing of what a filter of many tracks left behind: each mode's estimates, and the noise and known input of its steps.
+"""Smoothing of what a filter of many tracks left behind: each mode's estimates, and the noise and known input of its
+steps.
 
 A smoother takes both as they were in the filter: given these the modes are linear, however the numbers were found.
 """
@@ -20,18 +21,13 @@ from oracle.tracker import PREDICTED, Filter, Row, Scan, estimate
 Array = NDArray[np.float64]
 
 
-def smoothed(
-    motions: list[Motion], time: Array, z: Array, R: Array, Pi: Array, filtered: Estimates
-) -> Estimates:
+def smoothed(motions: list[Motion], time: Array, z: Array, R: Array, Pi: Array, filtered: Estimates) -> Estimates:
     """The smoother of one mode or several (oracle.smoother), track by track; R (axes, axes), Pi (M, M) per scan."""
     sensor = osn.Position(z.shape[2], sd=1.0)
     f = Filter(motions, [sensor], PerScan(Pi, len(motions)), OnePoint(1.0))
     out = Estimates(*(np.full_like(a, np.nan) for a in (filtered.x, filtered.P, filtered.mu)))
     for b in range(len(z)):
-        scans = [
-            scan_of(f, filtered, k, b, time, Row(float(time[k]), z[b, k], R, sensor))
-            for k in range(len(time))
-        ]
+        scans = [scan_of(f, filtered, k, b, time, Row(float(time[k]), z[b, k], R, sensor)) for k in range(len(time))]
         got = smooth(f, estimate(f, scans))
         out.x[b], out.P[b], out.mu[b] = got.x, got.P, got.mode_probability
     return out

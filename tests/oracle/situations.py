@@ -23,9 +23,7 @@ RADAR = part("Polar", range_sd=20.0, azimuth_sd=0.003, site=(-3000.0, -20000.0))
 DOPPLER = part("Polar", range_sd=20.0, azimuth_sd=0.003, range_rate_sd=1.5, site=(4000.0, -15000.0))
 RADAR3 = part("Polar", range_sd=20.0, azimuth_sd=0.003, elevation_sd=0.004, site=(-3000.0, -20000.0, 100.0))
 HEIGHT = part("Polar", range_sd=20.0, azimuth_sd=0.003, height_sd=30.0, site=(-3000.0, -20000.0, 0.0))
-FULL3 = part(
-    "Polar", range_sd=20.0, azimuth_sd=0.003, elevation_sd=0.004, range_rate_sd=1.5, site=(0.0, -20000.0, 0.0)
-)
+FULL3 = part("Polar", range_sd=20.0, azimuth_sd=0.003, elevation_sd=0.004, range_rate_sd=1.5, site=(0.0, -20000.0, 0.0))
 CONVERTED = part("Polar", range_sd=20.0, azimuth_sd=0.003, site=(-3000.0, -20000.0), method="converted")
 CONVERTED3 = part(
     "Polar",
@@ -66,9 +64,7 @@ SITUATIONS: dict[str, Twin] = {
     "kalman-ukf-3": Twin([CA], [FULL3], 3, linearisation="ukf", initial=ONE),
     "kalman-sensors": Twin([CV], [P2, RADAR, COMPASS], 2, initial=ONE),
     "imm-2cv-1": Twin([CV, CA_STEPS], [P1], 1, 0.95, initial=TWO),
-    "imm-3cv": Twin(
-        [CV, BRISK, part("ConstantVelocity", acceleration_sd=9.0)], [P2], 2, LEADING, initial=TWO
-    ),
+    "imm-3cv": Twin([CV, BRISK, part("ConstantVelocity", acceleration_sd=9.0)], [P2], 2, LEADING, initial=TWO),
     "imm-mixed": Twin([CV, CA, CT], [P2], 2, LEADING, initial=TWO),
     "imm-mixed-3": Twin([CV, CA, CT], [P3], 3, LEADING, initial=ONE, mode_probability=[0.6, 0.3, 0.1]),
     "imm-unbiased": Twin([CV, CA, CT], [P2], 2, LEADING, mixing="unbiased", initial=TWO),

@@ -37,9 +37,7 @@ class Outliers:
 
     def log_density(self, row: Row) -> float:
         extents = {"p": self.extent, "v": self.velocity_extent, "a": 2 * np.pi}
-        return -sum(
-            np.log(extents[kind]) for kind, there in zip(row.sensor.kinds, row.present, strict=True) if there
-        )
+        return -sum(np.log(extents[kind]) for kind, there in zip(row.sensor.kinds, row.present, strict=True) if there)
 
 
 @dataclass
@@ -54,11 +52,7 @@ class Filter:
     mode_probability: Array | None = None
 
     def start_probability(self) -> Array:
-        return (
-            self.chain.stationary()
-            if self.mode_probability is None
-            else np.asarray(self.mode_probability, float)
-        )
+        return self.chain.stationary() if self.mode_probability is None else np.asarray(self.mode_probability, float)
 
 
 @dataclass
@@ -154,8 +148,7 @@ class Track:
         f = self.filter
         c, mixed = mix(f.motions, self.modes, self.mu, scan.Pi, f.mixing)
         scan.predicted = [
-            predict(m, x.x, x.P, scan.dt, scan.u, f.linearisation)
-            for m, x in zip(f.motions, mixed, strict=True)
+            predict(m, x.x, x.P, scan.dt, scan.u, f.linearisation) for m, x in zip(f.motions, mixed, strict=True)
         ]
         self.mu, self.modes = c, [Mode(p.x, p.P) for p in scan.predicted]
         scan.status, scan.linked = PREDICTED, True
@@ -217,9 +210,7 @@ def matched_nis(c: Array, updated: list[Updated], row: Row) -> tuple[float, int]
     """
     angles = np.array([i in row.sensor.angles for i in range(row.sensor.m)])[row.present]
     nus = np.array([u.innovation for u in updated])
-    nus[:, angles] = nus[0, angles] + wrap(
-        nus[:, angles] - nus[0, angles]
-    )  # near one another, not across the wrap
+    nus[:, angles] = nus[0, angles] + wrap(nus[:, angles] - nus[0, angles])  # near one another, not across the wrap
     nu = c @ nus
     S = sum(w * (u.S + np.outer(n - nu, n - nu)) for w, u, n in zip(c, updated, nus, strict=True))
     nu[angles] = wrap(nu[angles])
@@ -281,9 +272,7 @@ def track(filter: Filter, time, z, which=None, R=None, u=None) -> Estimate:
 
 def estimate(filter: Filter, scans: list[Scan]) -> Estimate:
     """Combine each scan's modes; NaN while there is no track."""
-    n = combine(
-        filter.motions, [Mode(np.zeros(m.n), np.eye(m.n)) for m in filter.motions], filter.start_probability()
-    )
+    n = combine(filter.motions, [Mode(np.zeros(m.n), np.eye(m.n)) for m in filter.motions], filter.start_probability())
     lost = Mode(np.full(len(n.x), np.nan), np.full(n.P.shape, np.nan))
     M = len(filter.motions)
     out = [combine(filter.motions, s.modes, s.mu) if s.modes else lost for s in scans]

@@ -181,8 +181,7 @@ def distances(native, oracle: Estimate) -> dict[str, float]:
         "P": largest(np.abs(native.P - oracle.P)[there] / (sd[:, :, None] * sd[:, None, :])),
         "mode_probability": largest(np.abs(native.mode_probability - oracle.mode_probability)[there]),
         "log_likelihood_scan": largest(
-            np.abs(native.log_likelihood_scan - oracle.log_likelihood_scan)
-            / (1 + np.abs(oracle.log_likelihood_scan))
+            np.abs(native.log_likelihood_scan - oracle.log_likelihood_scan) / (1 + np.abs(oracle.log_likelihood_scan))
         ),
         "nis": largest(np.abs(native.nis - oracle.nis)[both] / size),
     }

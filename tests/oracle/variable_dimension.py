@@ -98,9 +98,7 @@ class VariableDimension:
 
     def quiet_scan(self, memory: Memory, time: Array, z: Array, k: int) -> int:
         """One scan of constant velocity; on detection the scan gone back to, else -1."""
-        now = update(
-            self.quiet, predict(self.quiet, memory.quiet[k - 1], time[k] - time[k - 1]), z[k], self.R
-        )
+        now = update(self.quiet, predict(self.quiet, memory.quiet[k - 1], time[k] - time[k - 1]), z[k], self.R)
         memory.quiet[k] = now.mode
         memory.quiet_for += 1
         measured = not np.isnan(z[k]).all()

@@ -37,9 +37,7 @@ def make_tracks(
     for t in range(targets):
         for _ in range(max(1, rows // 90)):
             begin = int(rng.integers(0, rows))
-            turn[t, begin : begin + int(rng.integers(8, 25))] = np.radians(
-                rng.uniform(0.7, 3.0)
-            ) * rng.choice([-1, 1])
+            turn[t, begin : begin + int(rng.integers(8, 25))] = np.radians(rng.uniform(0.7, 3.0)) * rng.choice([-1, 1])
     smooth = np.apply_along_axis(lambda v: np.convolve(v, np.ones(5) / 5, mode="same"), 1, turn)
     dt = np.diff(time, axis=1, prepend=time[:, :1] - step)
     speed = rng.uniform(120, 240, (targets, 1)) + 20 * np.sin(time / 400 + rng.uniform(0, 6, (targets, 1)))
@@ -123,9 +121,7 @@ def make_tracks(
         target=pl.Series([f"{0x4B1600 + 37 * i:06x}" for i in range(targets)]).gather(
             np.repeat(np.arange(targets), rows)
         ),
-        part=pl.Series(
-            (np.arange(rows) > 0.8 * rows).astype(int).repeat(targets).reshape(rows, targets).T.ravel()
-        ),
+        part=pl.Series((np.arange(rows) > 0.8 * rows).astype(int).repeat(targets).reshape(rows, targets).T.ravel()),
         time=moments if clock else pl.Series(seconds),
         status=pl.Series(status.ravel()),
     )
@@ -160,9 +156,7 @@ def browser() -> Iterator[Any]:
     )
     path = chromium_path()
     if path is None:
-        pytest.skip(
-            "no Chromium or Chrome found (set JINK_CHROMIUM to its path): the page is not opened in a browser"
-        )
+        pytest.skip("no Chromium or Chrome found (set JINK_CHROMIUM to its path): the page is not opened in a browser")
     with sync_api.sync_playwright() as playwright:
         started = playwright.chromium.launch(executable_path=path, args=FLAGS)
         yield started

@@ -45,6 +45,4 @@ def test_rounding_keeps_the_promised_precision(bits):
 
 
 def test_rounding_leaves_missing_and_infinite_values():
-    np.testing.assert_array_equal(
-        round_mantissa(np.array([np.nan, np.inf, -np.inf]), 7), [np.nan, np.inf, -np.inf]
-    )
+    np.testing.assert_array_equal(round_mantissa(np.array([np.nan, np.inf, -np.inf]), 7), [np.nan, np.inf, -np.inf])

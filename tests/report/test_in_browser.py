@@ -111,9 +111,7 @@ def test_table_sorts_and_finds(look, tracks):
     speeds = [float(s) for s in page.locator("#list tbody tr td:nth-child(5)").all_inner_texts()]
     assert speeds == sorted(speeds, reverse=True) and heads.nth(4).get_attribute("aria-sort") == "descending"
     heads.nth(4).locator("button").click()
-    assert [float(s) for s in page.locator("#list tbody tr td:nth-child(5)").all_inner_texts()] == sorted(
-        speeds
-    )
+    assert [float(s) for s in page.locator("#list tbody tr td:nth-child(5)").all_inner_texts()] == sorted(speeds)
     name = page.locator("#list tbody tr button").nth(2).inner_text()
     page.fill("#find", name.upper())
     assert page.locator("#list tbody tr button").all_inner_texts() == [name]
@@ -149,9 +147,7 @@ def test_a_name_that_looks_like_html(look, tracks):
 def test_opened_at_a_target(look, tracks):
     frame = tracks(4, 60).with_columns(target=pl.lit("häß 1/") + pl.col("target"))
     name = frame["target"][-1]
-    opened = look(
-        frame, anchor=f"#target={name.replace('ä', '%C3%A4').replace('ß', '%C3%9F').replace(' ', '%20')}"
-    )
+    opened = look(frame, anchor=f"#target={name.replace('ä', '%C3%A4').replace('ß', '%C3%9F').replace(' ', '%20')}")
     assert opened.chosen() == name
     assert opened.complaints == []
 

@@ -47,9 +47,14 @@ def test_measured_residuals_are_turned_from_the_developed_frame_to_north():
     tracks = frame(
         [46.0, 46.0],
         [7.0, 7.0],
-        x=[0.0, 0.0], y=[0.0, 0.0], measured_x=[dx, np.nan], measured_y=[dy, np.nan],
-        velocity_x=np.sin(course - turned), velocity_y=np.cos(course - turned), course=course,
-    )  # fmt: skip
+        x=[0.0, 0.0],
+        y=[0.0, 0.0],
+        measured_x=[dx, np.nan],
+        measured_y=[dy, np.nan],
+        velocity_x=np.sin(course - turned),
+        velocity_y=np.cos(course - turned),
+        course=course,
+    )
     rows = read_rows(tracks)
     east, north, origin = plan_coordinates(rows)
     me, mn = measured_coordinates(rows, east, north, origin)

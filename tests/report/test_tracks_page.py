@@ -37,9 +37,7 @@ def test_one_file_that_refers_to_nothing_else(tmp_path, tracks, summary):
 def test_names_that_look_like_html_are_only_text(tmp_path, tracks):
     nasty = "</script><b>"
     frame = tracks(1, 30).with_columns(target=pl.lit(nasty))
-    text = written(
-        tmp_path, frame, {nasty: {nasty: nasty}, "plain <i>": nasty, "list": [{nasty: nasty}]}, title=nasty
-    )
+    text = written(tmp_path, frame, {nasty: {nasty: nasty}, "plain <i>": nasty, "list": [{nasty: nasty}]}, title=nasty)
     assert nasty not in text
     assert meta_of(text)["targets"]["name"] == [nasty]
     assert text.count("</script>") == 3
@@ -60,9 +58,7 @@ def test_missing_columns_are_named(tmp_path):
     with pytest.raises(ValueError, match="no column 'target'; found time, x"):
         write_report(pl.DataFrame({"time": [0.0], "x": [1.0]}), tmp_path / "a.html", summary={})
     with pytest.raises(ValueError, match="latitude, longitude or x, y; found target, time, x"):
-        write_report(
-            pl.DataFrame({"target": ["a"], "time": [0.0], "x": [1.0]}), tmp_path / "a.html", summary={}
-        )
+        write_report(pl.DataFrame({"target": ["a"], "time": [0.0], "x": [1.0]}), tmp_path / "a.html", summary={})
     assert list(tmp_path.iterdir()) == []
 
 
@@ -72,9 +68,7 @@ def test_a_folder_that_is_not_there_leaves_nothing(tmp_path, tracks):
 
 
 def test_the_barest_table(tmp_path):
-    frame = pl.DataFrame(
-        {"target": ["a", "a", "b"], "time": [0, 1, 0], "x": [0.0, None, 3.0], "y": [0.0, np.nan, 4.0]}
-    )
+    frame = pl.DataFrame({"target": ["a", "a", "b"], "time": [0, 1, 0], "x": [0.0, None, 3.0], "y": [0.0, np.nan, 4.0]})
     meta = meta_of(written(tmp_path, frame))
     assert meta["targets"]["rows"] == [2, 1] and meta["panels"] == [] and meta["nis_band"] is None
     assert meta["targets"]["max_speed"] == [None, None]
@@ -165,7 +159,4 @@ def test_only_longer_runs_of_predictions_count_as_coasting():
 def test_order_of_the_rows_does_not_matter(tmp_path, tracks):
     frame = tracks(3, 50)
     meta = meta_of(written(tmp_path, frame))
-    assert (
-        meta_of(written(tmp_path, frame.sample(fraction=1.0, shuffle=True, seed=0)))["targets"]
-        == meta["targets"]
-    )
+    assert meta_of(written(tmp_path, frame.sample(fraction=1.0, shuffle=True, seed=0)))["targets"] == meta["targets"]

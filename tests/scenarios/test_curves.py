@@ -45,7 +45,5 @@ def test_a_level_turn_is_a_clothoid_a_circle_and_a_clothoid():
     _, v, a = (values[0] for values in curve.at(time))
     np.testing.assert_allclose(np.linalg.norm(v, axis=1), 200.0)
     rate = (np.pi / 2) / (20.0 - 2.5)
-    np.testing.assert_allclose(
-        np.linalg.norm(a, axis=1), 200.0 * rate * np.array([0, 0, 0.5, 1, 0, 0]), atol=1e-9
-    )
+    np.testing.assert_allclose(np.linalg.norm(a, axis=1), 200.0 * rate * np.array([0, 0, 0.5, 1, 0, 0]), atol=1e-9)
     np.testing.assert_allclose(v[[0, 4]], [[0.0, 200.0], [200.0, 0.0]], atol=1e-9)

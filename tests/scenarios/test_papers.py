@@ -22,9 +22,7 @@ def rms(error: np.ndarray) -> float:
 def filtered(name: str, acceleration_sd: float, runs: int = 500, known_input: bool = False):
     """Estimates (B, S, axes) of position and velocity by one Kalman filter, and the simulation."""
     made = SCENARIOS[name].simulate(runs, seed=1)
-    kalman = jink.Kalman(
-        jink.ConstantVelocity(acceleration_sd=acceleration_sd), SCENARIOS[name].observation.sensor
-    )
+    kalman = jink.Kalman(jink.ConstantVelocity(acceleration_sd=acceleration_sd), SCENARIOS[name].observation.sensor)
     known = made.input.reshape(-1, made.input.shape[-1]) if known_input else None
     x = kalman.filter(**made.batch(), input=known).x.reshape(*made.time.shape, -1)
     return x[..., 0::2], x[..., 1::2], made
@@ -57,12 +55,16 @@ def test_lee_2003_inputs():
 @pytest.mark.parametrize(
     ("name", "sd", "expected"),
     [
-        ("choi-2001-1", 1.0, 1.16), ("choi-2001-2", 1.0, 10.8), ("choi-2001-3", 1.0, 26.8),
+        ("choi-2001-1", 1.0, 1.16),
+        ("choi-2001-2", 1.0, 10.8),
+        ("choi-2001-3", 1.0, 26.8),
         ("choi-2001-4", 1.0, 21.7),
-        ("choi-2001-1", 14.0, 1.40), ("choi-2001-2", 14.0, 1.41), ("choi-2001-3", 14.0, 1.73),
+        ("choi-2001-1", 14.0, 1.40),
+        ("choi-2001-2", 14.0, 1.41),
+        ("choi-2001-3", 14.0, 1.73),
         ("choi-2001-4", 14.0, 1.46),
     ],
-)  # fmt: skip
+)
 def test_choi_2001_fixed_noise(name, sd, expected):
     """Position errors over scans 3–20 of the filters with a fixed process noise of 1 and 196."""
     position, _, made = filtered(name, sd)

@@ -52,9 +52,7 @@ def test_noise_around_the_truth(name):
     R = np.asarray(getattr(sensor, "covariance", None) or np.diag(sds(sensor) ** 2))
     scale = np.sqrt(np.diag(R))
     np.testing.assert_allclose(error.mean(axis=0) / scale, 0.0, atol=5 / np.sqrt(len(error)))
-    np.testing.assert_allclose(
-        np.cov(error.T) / np.outer(scale, scale), R / np.outer(scale, scale), atol=0.02
-    )
+    np.testing.assert_allclose(np.cov(error.T) / np.outer(scale, scale), R / np.outer(scale, scale), atol=0.02)
 
 
 def sds(sensor) -> np.ndarray:

@@ -61,9 +61,21 @@ def test_threads_change_nothing():
 def test_other_sensors(tmp_path):
     output = tmp_path / "s.csv"
     status, said, _ = run(
-        "benchmark-2", "-o", output, "--runs", 3, "--sensor", "radar-4s", "--detection", 0.7, "--outliers", 0.1,
-        "--bias", "100,0,0", "--json",
-    )  # fmt: skip
+        "benchmark-2",
+        "-o",
+        output,
+        "--runs",
+        3,
+        "--sensor",
+        "radar-4s",
+        "--detection",
+        0.7,
+        "--outliers",
+        0.1,
+        "--bias",
+        "100,0,0",
+        "--json",
+    )
     summary = json.loads(said)
     assert status == 0 and summary["rows"] == 3 * 47
     for piece in ("polar", "detection 0.7", "10.0% outliers", "bias (100.0, 0.0, 0.0)"):
@@ -71,9 +83,7 @@ def test_other_sensors(tmp_path):
     table = pl.read_csv(output)
     assert {"range", "azimuth_deg", "altitude_m"} < set(table.columns)
     assert 0.1 < table["range"].is_null().mean() < 0.5
-    status, _, _ = run(
-        "weave", "-o", output, "--runs", 2, "--sensor", 75, "--interval", 2, "--jitter", 0.1, "-q"
-    )
+    status, _, _ = run("weave", "-o", output, "--runs", 2, "--sensor", 75, "--interval", 2, "--jitter", 0.1, "-q")
     assert status == 0 and pl.read_csv(output).height == 2 * 90
 
 
@@ -83,9 +93,7 @@ def test_jink_track_reads_it(tmp_path):
     run("terminal-area", "-o", tmp_path / "s.parquet", "--runs", 4, "--detection", 0.9)
     table = pl.read_parquet(tmp_path / "s.parquet")
     tracks = jink.track(table, smooth=True, details=True).tracks
-    joined = tracks.join(
-        table.with_row_index("row").cast({"row": tracks["row"].dtype}), on="row", suffix="_read"
-    )
+    joined = tracks.join(table.with_row_index("row").cast({"row": tracks["row"].dtype}), on="row", suffix="_read")
     ground = (joined["velocity_x"] - joined["true_velocity_x"]) ** 2 + (
         joined["velocity_y"] - joined["true_velocity_y"]
     ) ** 2

@@ -13,9 +13,7 @@ STENCIL = {-2: 1 / 12, -1: -8 / 12, 1: 8 / 12, 2: -1 / 12}  # fourth-order centr
 def smooth_times(truth, duration: float, count: int = 400) -> np.ndarray:
     """(B, n) times whose neighbourhood has no jump in acceleration or its rate; NaN where one is near."""
     time = np.random.default_rng(1).uniform(4 * STEP, duration, (truth.runs, count))
-    for row, breaks in zip(
-        time, np.broadcast_to(truth.breaks(), (truth.runs, truth.breaks().shape[1])), strict=True
-    ):
+    for row, breaks in zip(time, np.broadcast_to(truth.breaks(), (truth.runs, truth.breaks().shape[1])), strict=True):
         distance = np.abs(row[:, None] - breaks[None, :]).min(axis=1)
         row[distance <= 2 * STEP] = row[distance > 2 * STEP][0]
     return time

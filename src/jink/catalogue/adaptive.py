@@ -1,8 +1,8 @@
 """Acceleration estimated as a bias, and the adaptive IMM around it.
 
-The estimate that an adaptive IMM takes is run as in lee-2003, with a bias noise of a quarter of the kind's acceleration per scan; by
-itself, where that would leave hardly more than the measurements, with a tenth. Its modes have a tenth of it as noise, so that
-accelerations between the levels are theirs as well.
+The estimate that an adaptive IMM takes is run as in lee-2003, with a bias noise of a quarter of the kind's acceleration
+per scan; by itself, where that would leave hardly more than the measurements, with a tenth. Its modes have a tenth of
+it as noise, so that accelerations between the levels are theirs as well.
 """
 
 from __future__ import annotations
@@ -65,5 +65,6 @@ def _aimm(purpose: Purpose, steps: Sequence[float]) -> Named:
     apart = " and ".join(f"±{level:g}" for level in right)
     return Named(
         filter=filter,
-        words=f"adaptive IMM of {modes} modes, {along}{apart} m/s² around a two-stage estimate, stay {STAY:g} per interval",
+        words=f"adaptive IMM of {modes} modes, {along}{apart} m/s² around a two-stage estimate, stay {STAY:g} per "
+        "interval",
     )

@@ -41,15 +41,14 @@ def choose_filter(
 ) -> Any:
     """A filter for measured `components` (x, y, altitude, ...) of typical `sd`s.
 
-    `filter` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a track; interval
-    (s): the usual time between two of its positions, which some filters have probabilities for. Errors: InputError.
+    `filter` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a
+    track; interval (s): the usual time between two of its positions, which some filters have probabilities for. Errors:
+    InputError.
     """
     return chosen(filter, purpose_of(components, sd, kind, gap, interval), components)
 
 
-def purpose_of(
-    components: Sequence[str], sd: Mapping[str, float], kind: str, gap: float, interval: float
-) -> Purpose:
+def purpose_of(components: Sequence[str], sd: Mapping[str, float], kind: str, gap: float, interval: float) -> Purpose:
     """What a filter of these measurements is made for; the arguments are those of :func:`choose_filter`."""
     level = sd["range" if components[0] == "range" else "position"]
     sensor = sensor_of(components, sd)
@@ -76,9 +75,7 @@ def _check(chosen: Any, components: Sequence[str]) -> None:
     data = tuple({"altitude": "height" if polar else "z"}.get(name, name) for name in components)
     expected = tuple(getattr(next(iter(getattr(chosen, "sensors", ())), None), "components", data))
     if expected != data:
-        raise InputError(
-            f"the filter's sensor measures {', '.join(expected)}; the data has {', '.join(components)}"
-        )
+        raise InputError(f"the filter's sensor measures {', '.join(expected)}; the data has {', '.join(components)}")
 
 
 def load_filter(given: str | None) -> Any:

@@ -14,20 +14,20 @@ LONGEST = 64  # scans
 
 
 def input_estimation(purpose: Purpose) -> Named:
-    """Constant velocity as in the quiet mode of `imm-cv-ca`, corrected by accelerations that have had the time to show."""
+    """Constant velocity as in the quiet mode of `imm-cv-ca`, corrected by accelerations that have had the time to
+    show.
+    """
     quiet = ConstantVelocity(acceleration_psd=(purpose.acceleration / 40) ** 2)
     shortest = min(purpose.scans_to_show, LONGEST // 2)
-    filter = InputEstimation(
-        quiet, purpose.seen, window=2 * shortest, shortest=shortest, outliers=purpose.outliers
-    )
+    filter = InputEstimation(quiet, purpose.seen, window=2 * shortest, shortest=shortest, outliers=purpose.outliers)
     words = f"constant velocity of acceleration_psd {quiet.acceleration_psd:g} m²/s³"
-    return Named(
-        filter=filter, words=f"input estimation, {words}, onsets {shortest} to {filter.window} scans ago"
-    )
+    return Named(filter=filter, words=f"input estimation, {words}, onsets {shortest} to {filter.window} scans ago")
 
 
 def variable_dimension(purpose: Purpose) -> Named:
-    """The quiet mode of `imm-cv-ca`, and an acceleration that may change by half the kind's over a manoeuvre of 16 s."""
+    """The quiet mode of `imm-cv-ca`, and an acceleration that may change by half the kind's over a manoeuvre of 16
+    s.
+    """
     a = purpose.acceleration
     quiet = ConstantVelocity(acceleration_psd=(a / 40) ** 2)
     manoeuvring = ConstantAcceleration(jerk_psd=(a / 8) ** 2, acceleration_prior_sd=a)

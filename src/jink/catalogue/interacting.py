@@ -12,9 +12,7 @@ from .targets import KINDS, RARE
 FAMILIES = ("lee-2003", "random-accelerations", "random-accelerations-turned", "random-turns")
 SEARCHED = "the default's search, on other draws"
 DESCENDED = "its proportions come from filters tuned on other draws"
-FLIGHTS = (
-    "its parameters were fitted on half of the flights of the collection quickstart of the package traffic"
-)
+FLIGHTS = "its parameters were fitted on half of the flights of the collection quickstart of the package traffic"
 STAYS = Sojourn(seconds=[70.0, 16.0])
 
 

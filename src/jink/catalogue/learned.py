@@ -1,6 +1,7 @@
 """Learned filters: fuzzy process noise, aids of a Kalman filter, a network that chooses the noise.
 
-They were trained on other sensors and targets than a purpose's, and are scaled to its sensor; what they were trained on is said.
+They were trained on other sensors and targets than a purpose's, and are scaled to its sensor; what they were trained on
+is said.
 """
 
 from __future__ import annotations
@@ -24,9 +25,7 @@ def fuzzy_imm_(purpose: Purpose) -> Named:
     """The published rules of lee-2003, scaled to the sensor's sd and the kind's acceleration."""
     rules = [_scaled(table, purpose) for table in PUBLISHED["lee-2003"]]
     filter = fuzzy_imm(purpose.seen, rules, purpose.staying(0.97, len(rules)), outliers=purpose.outliers)
-    return Named(
-        filter=filter, words="IMM of three modes with the fuzzy noise of Lee, Joo & Park 2003, scaled"
-    )
+    return Named(filter=filter, words="IMM of three modes with the fuzzy noise of Lee, Joo & Park 2003, scaled")
 
 
 def fuzzy_kalman(purpose: Purpose) -> Named:
@@ -68,14 +67,14 @@ def _aided(purpose: Purpose, name: str, what: str) -> Named:
     corrector = shipped(name).corrector
     base = kalman_ca(purpose)
     words = f"{base.words}, aided by {what} trained on benchmark aircraft 1, 3 and 5"
-    fitted = base.fitted or (
-        "other runs" if purpose.name in ("benchmark-1", "benchmark-3", "benchmark-5") else ""
-    )
+    fitted = base.fitted or ("other runs" if purpose.name in ("benchmark-1", "benchmark-3", "benchmark-5") else "")
     return Named(filter=Aided(base.filter, corrector), words=words, fitted=fitted)
 
 
 def nnvsmm(purpose: Purpose) -> Named:
-    """A network chooses the noise in every scan; trained end to end on targets of all kinds, scaled to the sensor's sd."""
+    """A network chooses the noise in every scan; trained end to end on targets of all kinds, scaled to the sensor's
+    sd.
+    """
     _needs_a_plane(purpose)
     trained = shipped("nnvsmm").motions[0].network
     motion = NetworkNoise(ConstantVelocity(acceleration_sd=1.0), trained.scaled(_sd(purpose)))
@@ -92,7 +91,8 @@ def nnvsmm_modes(purpose: Purpose) -> Named:
     motions = [ConstantVelocity(acceleration_sd=sd) for sd in sds]
     return Named(
         filter=NeuralModes(motions, purpose.sensor, trained.network, outliers=purpose.outliers),
-        words=f"{len(motions)} noise levels of which a network weighs the best {trained.network.best}, trained on targets that "
+        words=f"{len(motions)} noise levels of which a network weighs the best {trained.network.best}, trained on "
+        "targets that "
         "change every few scans, scaled",
     )
 

@@ -1,6 +1,7 @@
 """Filters by name: the one registry that `jink track`, `jink compare` and the contract tests read.
 
-A named filter is a function of a :class:`Purpose` that returns a :class:`Named`, in a file beside this one, and a line here.
+A named filter is a function of a :class:`Purpose` that returns a :class:`Named`, in a file beside this one, and a line
+here.
 """
 
 from __future__ import annotations

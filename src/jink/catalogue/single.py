@@ -1,4 +1,6 @@
-"""Filters with one motion model: constant velocity and acceleration, their noise tuned where it can be, and Singer's."""
+"""Filters with one motion model: constant velocity and acceleration, their noise tuned where it can be, and
+Singer's.
+"""
 
 from __future__ import annotations
 
@@ -55,9 +57,7 @@ def _made(purpose: Purpose, motion: Motion) -> Kalman:
     return Kalman(motion, purpose.seen, outliers=purpose.outliers)
 
 
-def _tuned(
-    purpose: Purpose, motion: Callable[[float], Any], words: Callable[[float], str], power: int
-) -> Named:
+def _tuned(purpose: Purpose, motion: Callable[[float], Any], words: Callable[[float], str], power: int) -> Named:
     """The noise between 1e-8 and 1e4 of sd²/T^power with the least loss; scans quicker than one a second do not raise
     the lower end, since targets do not manoeuvre more quickly for being seen more often.
     """

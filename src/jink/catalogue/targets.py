@@ -26,10 +26,11 @@ RARE = 10  # usual steps without a position after which a track is given up, if 
 class Kind:
     """What is known of targets of one kind.
 
-    modes: motion models, a sequence in them being (x, y, z); seconds: mean time in each mode; to: which one follows, rows sum
-    to one; speed (m/s): about the fastest, the velocity's sd until there is a second position; extent (m): where an outlier may
-    lie, horizontally and vertically; coast (s): a track without a position for longer is given up, or cut in two;
-    acceleration (m/s²): what a target pulls when it manoeuvres; position_sd (m): of a measurement, where the data do not tell.
+    modes: motion models, a sequence in them being (x, y, z); seconds: mean time in each mode; to: which one follows,
+    rows sum to one; speed (m/s): about the fastest, the velocity's sd until there is a second position; extent (m):
+    where an outlier may lie, horizontally and vertically; coast (s): a track without a position for longer is given up,
+    or cut in two; acceleration (m/s²): what a target pulls when it manoeuvres; position_sd (m): of a measurement, where
+    the data do not tell.
     """
 
     summary: str
@@ -56,7 +57,9 @@ class Kind:
         """The default IMM, see :func:`jink.default_filter`."""
         n = int(axes or sensor.axes or 2)
         if n < 2:
-            raise ValueError("default_filter: the default filters turn in a plane; expected a sensor of 2 or 3 axes, got 1")
+            raise ValueError(
+                "default_filter: the default filters turn in a plane; expected a sensor of 2 or 3 axes, got 1"
+            )
         rarer = max(1.0, RARE * positive("interval", interval, zero=True) / self.coast)
         wait = rarer * self.coast if coast is None else positive("coast", coast, zero=True)
         extent = sensor.extents(rarer * self.extent[0], rarer * self.extent[1], self.speed)
@@ -71,9 +74,7 @@ class Kind:
 
 
 def _in_axes(mode: Motion, axes: int) -> Motion:
-    cut = {
-        f.name: getattr(mode, f.name)[:axes] for f in fields(mode) if isinstance(getattr(mode, f.name), tuple)
-    }
+    cut = {f.name: getattr(mode, f.name)[:axes] for f in fields(mode) if isinstance(getattr(mode, f.name), tuple)}
     return replace(mode, **cut)
 
 
@@ -88,7 +89,8 @@ def three_modes(
 ) -> tuple[Motion, ...]:
     """Constant velocity, constant acceleration and coordinated turn; pairs are (horizontal, vertical).
 
-    straight, turn: acceleration psd of the first and the last (m²/s³); jerk: psd (m²/s⁵); acceleration: sd on entering (m/s²).
+    straight, turn: acceleration psd of the first and the last (m²/s³); jerk: psd (m²/s⁵); acceleration: sd on entering
+    (m/s²).
     """
 
     def each(pair: tuple[float, float]) -> tuple[float, float, float]:
@@ -97,9 +99,7 @@ def three_modes(
     return (
         ConstantVelocity(acceleration_psd=each(straight)),
         ConstantAcceleration(jerk_psd=each(jerk), acceleration_prior_sd=each(acceleration)),
-        CoordinatedTurn(
-            acceleration_psd=each(turn), turn_rate_psd=turn_rate_psd, turn_rate_prior_sd=turn_rate
-        ),
+        CoordinatedTurn(acceleration_psd=each(turn), turn_rate_psd=turn_rate_psd, turn_rate_prior_sd=turn_rate),
     )
 
 
@@ -152,36 +152,76 @@ KINDS: dict[str, Kind] = {
     "vessel": Kind(
         summary="ships and boats: below 0.05 g, turns of about 1 degree per second",
         modes=three_modes(
-            straight=(1e-4, 1e-6), jerk=(1e-5, 1e-8), acceleration=(0.05, 0.001), turn=(1e-3, 1e-6), turn_rate_psd=1e-7,
+            straight=(1e-4, 1e-6),
+            jerk=(1e-5, 1e-8),
+            acceleration=(0.05, 0.001),
+            turn=(1e-3, 1e-6),
+            turn_rate_psd=1e-7,
             turn_rate=0.01,
         ),
-        seconds=(300.0, 60.0, 60.0), to=EVEN, speed=25.0, extent=(5e4, 100.0), coast=1800.0, acceleration=0.2, position_sd=10.0,
+        seconds=(300.0, 60.0, 60.0),
+        to=EVEN,
+        speed=25.0,
+        extent=(5e4, 100.0),
+        coast=1800.0,
+        acceleration=0.2,
+        position_sd=10.0,
     ),
     "vehicle": Kind(
         summary="road vehicles: braking and cornering below 0.5 g",
         modes=three_modes(
-            straight=(0.02, 1e-3), jerk=(0.3, 1e-3), acceleration=(2.0, 0.1), turn=(0.1, 1e-3), turn_rate_psd=1e-4,
+            straight=(0.02, 1e-3),
+            jerk=(0.3, 1e-3),
+            acceleration=(2.0, 0.1),
+            turn=(0.1, 1e-3),
+            turn_rate_psd=1e-4,
             turn_rate=0.2,
         ),
-        seconds=(20.0, 6.0, 6.0), to=EVEN, speed=50.0, extent=(2e4, 1e3), coast=300.0, acceleration=3.0, position_sd=5.0,
+        seconds=(20.0, 6.0, 6.0),
+        to=EVEN,
+        speed=50.0,
+        extent=(2e4, 1e3),
+        coast=300.0,
+        acceleration=3.0,
+        position_sd=5.0,
     ),
     "drone": Kind(
         summary="multicopters and small fixed-wing drones: below 1 g, quick turns",
         modes=three_modes(
-            straight=(0.05, 0.02), jerk=(3.0, 1.0), acceleration=(4.0, 2.0), turn=(0.3, 0.1), turn_rate_psd=1e-3,
+            straight=(0.05, 0.02),
+            jerk=(3.0, 1.0),
+            acceleration=(4.0, 2.0),
+            turn=(0.3, 0.1),
+            turn_rate_psd=1e-3,
             turn_rate=0.4,
         ),
-        seconds=(15.0, 4.0, 5.0), to=EVEN, speed=40.0, extent=(1e4, 1e3), coast=60.0, acceleration=5.0, position_sd=3.0,
+        seconds=(15.0, 4.0, 5.0),
+        to=EVEN,
+        speed=40.0,
+        extent=(1e4, 1e3),
+        coast=60.0,
+        acceleration=5.0,
+        position_sd=3.0,
     ),
     "person": Kind(
         summary="people on foot or by bicycle",
         modes=three_modes(
-            straight=(0.01, 1e-3), jerk=(0.2, 1e-3), acceleration=(1.0, 0.05), turn=(0.05, 1e-3), turn_rate_psd=1e-2,
+            straight=(0.01, 1e-3),
+            jerk=(0.2, 1e-3),
+            acceleration=(1.0, 0.05),
+            turn=(0.05, 1e-3),
+            turn_rate_psd=1e-2,
             turn_rate=0.5,
         ),
-        seconds=(15.0, 3.0, 4.0), to=EVEN, speed=10.0, extent=(5e3, 500.0), coast=300.0, acceleration=1.0, position_sd=5.0,
+        seconds=(15.0, 3.0, 4.0),
+        to=EVEN,
+        speed=10.0,
+        extent=(5e3, 500.0),
+        coast=300.0,
+        acceleration=1.0,
+        position_sd=5.0,
     ),
-}  # fmt: skip
+}
 
 
 def kind_of(name: str) -> Kind:

@@ -8,9 +8,7 @@ from collections.abc import Callable
 RATIO = (math.sqrt(5.0) - 1.0) / 2.0
 
 
-def golden_section(
-    loss: Callable[[float], float], low: float, high: float, *, tolerance: float = 0.02
-) -> float:
+def golden_section(loss: Callable[[float], float], low: float, high: float, *, tolerance: float = 0.02) -> float:
     """The minimum of a loss with one valley between low and high, to ± tolerance.
 
     Source: Kiefer, Proc. Amer. Math. Soc. 4, 1953.
@@ -30,7 +28,9 @@ def golden_section(
 
 
 def lowest(loss: Callable[[float], float], low: float, high: float, *, looks: int = 10) -> float:
-    """Where a loss is least between low and high: golden section around the best of some looks, so that one of several valleys is found."""
+    """Where a loss is least between low and high: golden section around the best of some looks, so that one of several
+    valleys is found.
+    """
     step = (high - low) / (looks - 1)
     grid = [low + k * step for k in range(looks)]
     losses = [_finite(loss(x)) for x in grid]

@@ -1,4 +1,5 @@
-"""Variable-structure IMMs over five noise levels, each three times the one before: a fortieth to twice the kind's acceleration.
+"""Variable-structure IMMs over five noise levels, each three times the one before: a fortieth to twice the kind's
+acceleration.
 
 The forty levels of choi-2001 (`CHOI_2001`), of which neighbours differ by a few per cent, follow a target that changes
 slowly; one whose acceleration sets in at once has left long before they have climbed (docs/variable-structure.md).

@@ -70,9 +70,14 @@ def clairvoyant(simulation: Simulation, known: Told, outliers: Outliers | None) 
     else:
         raise Unfit("a curved or jumping path can be told exactly only to a filter that is given positions")
     return of_known_input(
-        simulation.time, simulation.z, sensor=sensor, acceleration_sd=sd, velocity_sd=VELOCITY_SD,
-        outliers=outliers, **manoeuvre,
-    )  # fmt: skip
+        simulation.time,
+        simulation.z,
+        sensor=sensor,
+        acceleration_sd=sd,
+        velocity_sd=VELOCITY_SD,
+        outliers=outliers,
+        **manoeuvre,
+    )
 
 
 def displacement(simulation: Simulation, known: Told) -> Array:

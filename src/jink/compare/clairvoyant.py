@@ -30,8 +30,8 @@ def clairvoyant(
     time (runs, scans), z (runs, scans, m), acceleration_sd (m/s²) of the process noise, above 0. What is known is
     input u (runs, scans, axes): acceleration (m/s²) since the scan before, constant meanwhile; or displacement
     (runs, scans, axes, 2): what the manoeuvre added since then to position (m) and velocity (m/s), exact for any
-    motion, for Position sensors. outliers as for any filter. Returns x (runs · scans, 2 axes) and the rest of an estimate.
-    Errors: ValueError for a displacement beside an input or with another sensor.
+    motion, for Position sensors. outliers as for any filter. Returns x (runs · scans, 2 axes) and the rest of an
+    estimate. Errors: ValueError for a displacement beside an input or with another sensor.
     Source: the Kalman filter with known input, Bar-Shalom, Li & Kirubarajan 2001, §5.2.
     """
     z = np.asarray(z, dtype=float)

@@ -39,9 +39,7 @@ def raw(purpose: Purpose) -> Entrant:
 
 def clairvoyant(purpose: Purpose) -> Entrant:
     """The Kalman filter that knows the commanded accelerations."""
-    return Entrant(
-        name="clairvoyant", words="Kalman filter that is told every manoeuvre: a lower bound, no filter"
-    )
+    return Entrant(name="clairvoyant", words="Kalman filter that is told every manoeuvre: a lower bound, no filter")
 
 
 def near_optimal(purpose: Purpose) -> Entrant:
@@ -79,7 +77,5 @@ def check_names(names: list[str]) -> list[str]:
             if not Path(name).is_file():
                 raise InputError(f"there is no filter file {name}")
         elif name not in ENTRANTS:
-            raise InputError(
-                unknown("filter", name, ENTRANTS) + ", all, or a file written by save() (*.json)"
-            )
+            raise InputError(unknown("filter", name, ENTRANTS) + ", all, or a file written by save() (*.json)")
     return list(dict.fromkeys([*ALWAYS, *wanted]))

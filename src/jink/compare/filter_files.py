@@ -17,8 +17,8 @@ from .entrants import Entrant
 def from_file(path: str, purpose: Purpose, seed: int, runs: int) -> Entrant:
     """A filter written by ``save``, if it suits the sensor.
 
-    The file may say what it was fitted on: "fitted": {"scenario", "seed", "runs", "apart"}; apart: from which races its data
-    are kept, "all" of them or those of the same "seed". Errors: InputError.
+    The file may say what it was fitted on: "fitted": {"scenario", "seed", "runs", "apart"}; apart: from which races its
+    data are kept, "all" of them or those of the same "seed". Errors: InputError.
     """
     try:
         filter = load(path)
@@ -56,7 +56,8 @@ def suits(filter: Any, purpose: Purpose, path: str) -> str:
     along_axes = there.position_only and expected == ("x",)
     if expected != given and not along_axes:
         raise InputError(
-            f"{path}: its sensor measures {', '.join(expected)}; {purpose.name} is seen by a sensor of {', '.join(given)}"
+            f"{path}: its sensor measures {', '.join(expected)}; {purpose.name} is seen by a sensor of "
+            f"{', '.join(given)}"
         )
     for name in ("site", "reference"):
         if getattr(own, name, None) != getattr(there, name, None):

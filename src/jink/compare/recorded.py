@@ -1,9 +1,9 @@
 """A race on recorded positions without truth: who predicts the next measurement best?
 
 Whole targets are set aside for fitting, or parts of their tracks if targets are few; with few of both it is the first
-half of each part, and blocks of scans take the place of targets as the units that differences are paired over. A position
-that repeats the one before exactly (a target at rest, reported again) is filtered, but neither fitted nor scored: it is
-no new measurement, and a density can be as high as it likes where nothing changes.
+half of each part, and blocks of scans take the place of targets as the units that differences are paired over. A
+position that repeats the one before exactly (a target at rest, reported again) is filtered, but neither fitted nor
+scored: it is no new measurement, and a density can be as high as it likes where nothing changes.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ TRUTHFUL = "needs the truth"
 class Recording:
     """The tracks of a file, those in two axes or those in three, whichever has more rows.
 
-    tracks, a part of a target's each: they count the rows for fitting; scored (N,) rows are others, unit (N,) what each is
-    paired in; row (N,): its place in the file; left_out: rows in another number of axes; purpose of filters for them,
-    fitted on rows that tracks count; units: what the units are.
+    tracks, a part of a target's each: they count the rows for fitting; scored (N,) rows are others, unit (N,) what each
+    is paired in; row (N,): its place in the file; left_out: rows in another number of axes; purpose of filters for
+    them, fitted on rows that tracks count; units: what the units are.
     """
 
     tracks: Tracks
@@ -84,7 +84,9 @@ def race_on_file(
     progress: Callable[[int, int], None] | None = None,
     guests: Sequence[Entrant] = (),
 ) -> Race:
-    """See :func:`jink.compare.compare`; guests take part beside the named ones. Errors: InputError where no row can be scored."""
+    """See :func:`jink.compare.compare`; guests take part beside the named ones. Errors: InputError where no row can be
+    scored.
+    """
     recording = read(path, kind, seed, columns)
     entrants: dict[str, Entrant] = {guest.name: guest for guest in guests}
     skipped = {"rows": f"{recording.left_out} rows in another number of axes"} if recording.left_out else {}
@@ -139,15 +141,15 @@ def read(path: str, kind: str, seed: int, columns: Mapping[str, str] | None = No
     tracks = Tracks(placed.time, placed.z, placed.offsets, group.covariance, owner=owner)
     fitting, scored, unit, units, fitted = _halves(tracks, seed)
     tracks = replace(tracks, counts=fitting)
-    purpose = replace(
-        group.purpose, name=path, fitted=fitted, loss=lambda filter: _loss(filter, tracks), recorded=True
-    )
+    purpose = replace(group.purpose, name=path, fitted=fitted, loss=lambda filter: _loss(filter, tracks), recorded=True)
     left_out = sum(len(each.placed.time) for each in prepared.groups) - tracks.rows
     return Recording(tracks, scored, unit, units, placed.rows["row"].to_numpy(), left_out, purpose)
 
 
 def _halves(tracks: Tracks, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, str, str]:
-    """Rows for fitting and rows that are scored; the unit of each row, what units are, and in words what is fitted on."""
+    """Rows for fitting and rows that are scored; the unit of each row, what units are, and in words what is fitted
+    on.
+    """
     assert tracks.owner is not None
     of_part = tracks.of_row
     of_target = np.cumsum(np.r_[False, tracks.owner[1:] != tracks.owner[:-1]])[of_part]
@@ -187,8 +189,8 @@ def predicted(filter: Any, recording: Recording) -> dict[str, Any]:
     """Squared error (m²) of the prediction of each row, log density of its measurement, NIS, seconds spent.
 
     Every row is given twice, first without its measurement: that estimate is the prediction for its time, and
-    at no elapsed time nothing moves on to the second. Filters to which a row without a measurement is more than the time
-    that passes (they count rows, or adapt to the last residual) predict live instead.
+    at no elapsed time nothing moves on to the second. Filters to which a row without a measurement is more than the
+    time that passes (they count rows, or adapt to the last residual) predict live instead.
     """
     tracks = recording.tracks
     there = recording.sensor.positions(tracks.z)

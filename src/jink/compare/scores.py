@@ -126,7 +126,9 @@ class Tally:
         return jackknife(lambda bins: _quantile(bins.sum(axis=0), q), used, groups=JACKKNIFE)
 
     def over_time(self, quantity: str) -> tuple[Array, Array]:
-        """RMSE of position, velocity or acceleration in every scan that counts, and its standard error; both (scans,)."""
+        """RMSE of position, velocity or acceleration in every scan that counts, and its standard error; both
+        (scans,).
+        """
         square, count = (self.curves[f"{quantity}_{each}"] for each in ("square", "there"))
         kept = self.curves["runs"][:, 0] > 0
         columns = zip(square[kept].T, count[kept].T, strict=True)

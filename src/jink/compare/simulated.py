@@ -59,7 +59,9 @@ def race(
     progress: Callable[[int, int], None] | None = None,
     guests: Sequence[Entrant] = (),
 ) -> Race:
-    """See :func:`jink.compare.compare`; more: filters beside ``FILTERS``, made as those are; guests take part as they are."""
+    """See :func:`jink.compare.compare`; more: filters beside ``FILTERS``, made as those are; guests take part as they
+    are.
+    """
     if isinstance(source, Scenario):
         source = drawn(source, runs, seed)
     scenario, runs = source.scenario, source.runs
@@ -112,9 +114,7 @@ def prepare(source: Source, first: int) -> Field:
         raise InputError(f"{scenario.name}: {seen}; a race needs at least {first + 1}")
     observation = scenario.observation
     if not observation.sensor.locates:
-        raise InputError(
-            f"{scenario.name}: one measurement alone starts no track; a race needs a sensor of positions"
-        )
+        raise InputError(f"{scenario.name}: one measurement alone starts no track; a race needs a sensor of positions")
     measured = raw(training).position
     noise = measured - training.truth.position[..., : measured.shape[2]]
     level = metrics.rmse(noise).value

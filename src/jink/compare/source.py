@@ -18,8 +18,8 @@ TRAINING_ROWS, TRAINING_RUNS = 36_000, 200
 class Source:
     """Runs to score, and runs to be fitted on.
 
-    scenario: name, kind, sensor and schedule; seen: these in words; runs to score; training: other runs, in words fitted
-    ("" when training is for the level of the noise alone); chunks(size): the runs to score in pieces.
+    scenario: name, kind, sensor and schedule; seen: these in words; runs to score; training: other runs, in words
+    fitted ("" when training is for the level of the noise alone); chunks(size): the runs to score in pieces.
     """
 
     scenario: Scenario

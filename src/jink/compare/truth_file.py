@@ -101,9 +101,7 @@ def _simulation(path: str, columns: dict[str, Array], components: list[str], kin
     numbers, counts = np.unique(run, return_counts=True)
     B, S = len(numbers), int(counts[0])
     if (counts != S).any():
-        raise InputError(
-            f"{path}: runs have {counts.min()} to {counts.max()} scans; expected the same in all"
-        )
+        raise InputError(f"{path}: runs have {counts.min()} to {counts.max()} scans; expected the same in all")
     axes = sum(f"true_{axis}" in columns for axis in "xyz")
 
     def stacked(labels: list[str]) -> Array:

@@ -22,10 +22,11 @@ from .plain import MODES
 
 @dataclass(frozen=True, kw_only=True)
 class AugmentedAcceleration:
-    """Constant velocity driven by an acceleration that is a random walk, state [p v a] per axis: the optimal augmented filter.
+    """Constant velocity driven by an acceleration that is a random walk, state [p v a] per axis: the optimal augmented
+    filter.
 
-    p, v: F = [1 T; 0 1], G = [T²/2, T];  x⁺ = F x + G a + G w, w of acceleration_sd σ (m/s²);  a⁺ = a + step, of bias_sd √Qa
-    (m/s²) in one scan, whatever its length. bias_prior_sd √Pa0 (m/s²) at the start.
+    p, v: F = [1 T; 0 1], G = [T²/2, T];  x⁺ = F x + G a + G w, w of acceleration_sd σ (m/s²);  a⁺ = a + step, of
+    bias_sd √Qa (m/s²) in one scan, whatever its length. bias_prior_sd √Pa0 (m/s²) at the start.
     Source: Friedland, IEEE Trans. AC-14(4), 1969 (bias = acceleration).
     """
 
@@ -41,20 +42,19 @@ class AugmentedAcceleration:
         own = type(self).__name__
         noise = [v * v for v in per_axis(f"{own}.acceleration_sd", self.acceleration_sd, axes, zero=True)]
         bias = [v * v for v in per_axis(f"{own}.bias_sd", self.bias_sd, axes, zero=True)]
-        prior = [
-            v for a in per_axis(f"{own}.bias_prior_sd", self.bias_prior_sd, axes) for v in (0.0, 0.0, a * a)
-        ]
+        prior = [v for a in per_axis(f"{own}.bias_prior_sd", self.bias_prior_sd, axes) for v in (0.0, 0.0, a * a)]
         return NativeMode(kind=self._kind, axes=axes, parameters=[*noise, *bias], prior_variance=prior)
 
 
 @dataclass(frozen=True, kw_only=True)
 class TwoStageAcceleration(AugmentedAcceleration):
-    """The same by the two-stage estimator: a filter without acceleration, and one of the acceleration from its innovations.
+    """The same by the two-stage estimator: a filter without acceleration, and one of the acceleration from its
+    innovations.
 
-    M⁻ = M + Qa, U = F V + G;  x = x̄ + V b. That is the augmented filter with the noise Qa [U; 1][U; 1]ᵀ in place of Qa on the
-    acceleration alone, which is how jink runs it (U = P_xa/M): equal for Qa = 0, and no longer optimal for Qa > 0.
-    With cross-axis measurement noise each axis still has its own U. Source: Friedland 1969; Alouani, Xia, Rice & Blair, IEEE Trans.
-    AC-38(5), 1993; as used by Lee, Joo & Park 2003, eq. 3–6.
+    M⁻ = M + Qa, U = F V + G;  x = x̄ + V b. That is the augmented filter with the noise Qa [U; 1][U; 1]ᵀ in place of Qa
+    on the acceleration alone, which is how jink runs it (U = P_xa/M): equal for Qa = 0, and no longer optimal for Qa >
+    0. With cross-axis measurement noise each axis still has its own U. Source: Friedland 1969; Alouani, Xia, Rice &
+    Blair, IEEE Trans. AC-38(5), 1993; as used by Lee, Joo & Park 2003, eq. 3–6.
     """
 
     name: ClassVar[str] = "two_stage_acceleration"
@@ -71,7 +71,8 @@ Estimator = AugmentedAcceleration | TwoStageAcceleration
 class AccelerationLevel:
     """A motion model with a known acceleration (m/s², one number or one per axis): x⁻ = f(x) + G u.
 
-    estimated: the level counts from the acceleration that an :class:`AdaptiveIMM` estimates beside its modes, u = â(k−1) + level.
+    estimated: the level counts from the acceleration that an :class:`AdaptiveIMM` estimates beside its modes, u =
+    â(k−1) + level.
     """
 
     motion: Any
@@ -80,9 +81,7 @@ class AccelerationLevel:
 
     def __post_init__(self) -> None:
         if not all(map(isfinite, _numbers(self.acceleration))):
-            raise ValueError(
-                f"AccelerationLevel.acceleration: expected finite numbers, got {self.acceleration!r}"
-            )
+            raise ValueError(f"AccelerationLevel.acceleration: expected finite numbers, got {self.acceleration!r}")
         if not isinstance(self.estimated, bool):
             raise TypeError(f"AccelerationLevel.estimated: expected True or False, got {self.estimated!r}")
 
@@ -151,9 +150,10 @@ def symmetric_levels(
 class AdaptiveIMM(IMM):
     """IMM whose modes' known accelerations lie around an estimate of the acceleration: uⱼ(k) = â(k−1) + εⱼ.
 
-    motions, some of them :class:`AccelerationLevel` with ``estimated=True``; estimator, the filter that runs beside them on the same
-    measurements, :class:`TwoStageAcceleration` or :class:`AugmentedAcceleration` (its state is no part of the estimate). The other
-    arguments are those of :class:`jink.IMM`. Source: Munir & Atherton, IEE Proc. RSN 142(1), 1995; Lee, Joo & Park 2003, eq. 7-1.
+    motions, some of them :class:`AccelerationLevel` with ``estimated=True``; estimator, the filter that runs beside
+    them on the same measurements, :class:`TwoStageAcceleration` or :class:`AugmentedAcceleration` (its state is no part
+    of the estimate). The other arguments are those of :class:`jink.IMM`. Source: Munir & Atherton, IEE Proc. RSN
+    142(1), 1995; Lee, Joo & Park 2003, eq. 7-1.
     """
 
     arguments = ("estimator", *MODES)
@@ -193,25 +193,28 @@ def aimm(
 ) -> AdaptiveIMM:
     """The adaptive IMM of the papers: constant velocities at symmetric ``levels`` (m/s²) around the estimate.
 
-    levels such as (−40, 0, 40); along each axis of the sensor. mode_probability: by default 0.6 for the level zero, the rest equal.
-    Errors: ValueError for levels that are not symmetric about zero (an even number cannot be).
+    levels such as (−40, 0, 40); along each axis of the sensor. mode_probability: by default 0.6 for the level zero, the
+    rest equal. Errors: ValueError for levels that are not symmetric about zero (an even number cannot be).
     """
     rising = sorted(float(v) for v in levels)
-    if len(rising) % 2 == 0 or any(
-        abs(a + b) > 1e-12 * abs(a) for a, b in zip(rising, rising[::-1], strict=True)
-    ):
+    if len(rising) % 2 == 0 or any(abs(a + b) > 1e-12 * abs(a) for a, b in zip(rising, rising[::-1], strict=True)):
         raise ValueError(
-            f"levels: expected an odd number of accelerations symmetric about zero, such as (-40, 0, 40), got {tuple(levels)}"
+            "levels: expected an odd number of accelerations symmetric about zero, such as (-40, 0, 40), got "
+            f"{tuple(levels)}"
         )
     axes = int(getattr(sensor, "axes", None) or 2)
     positive("acceleration_sd", acceleration_sd, zero=True)
-    motions = symmetric_levels(
-        ConstantVelocity(acceleration_sd=acceleration_sd), rising[len(rising) // 2 + 1 :], axes
-    )
+    motions = symmetric_levels(ConstantVelocity(acceleration_sd=acceleration_sd), rising[len(rising) // 2 + 1 :], axes)
     if mode_probability is None:
         centre = next(i for i, m in enumerate(motions) if not any(_numbers(m.acceleration)))
         rest = 0.4 / max(len(motions) - 1, 1)
         mode_probability = [0.6 if i == centre else rest for i in range(len(motions))]
     return AdaptiveIMM(
-        motions, sensor, transition, estimator=estimator, mode_probability=mode_probability, outliers=outliers, initial=initial
-    )  # fmt: skip
+        motions,
+        sensor,
+        transition,
+        estimator=estimator,
+        mode_probability=mode_probability,
+        outliers=outliers,
+        initial=initial,
+    )

@@ -18,17 +18,16 @@ from .plain import plain
 class Aided(Bank):
     """x̂ + c(u): the estimates of ``filter`` with the correction of ``corrector`` along each axis added.
 
-    u is what the corrector takes: the residual z − x̂(t|t) and the step x̂(t|t−1) − x̂(t|t), or the last innovations over their sd. The
-    filter goes on from its own estimate; P, likelihood and NIS stay its own. A miss, a rejected measurement or a start is not
-    corrected. Errors: ValueError for units that do not go with the sensor, TypeError for a filter on models of your own.
-    Source: Titi & Güney, "Adaptive neuro-fuzzy aided Kalman filter for target tracking".
+    u is what the corrector takes: the residual z − x̂(t|t) and the step x̂(t|t−1) − x̂(t|t), or the last innovations
+    over their sd. The filter goes on from its own estimate; P, likelihood and NIS stay its own. A miss, a rejected
+    measurement or a start is not corrected. Errors: ValueError for units that do not go with the sensor, TypeError for
+    a filter on models of your own. Source: Titi & Güney, "Adaptive neuro-fuzzy aided Kalman filter for target
+    tracking".
     """
 
     arguments = ("corrector",)
 
-    not_smoothed = (
-        "its aid was trained on filtered estimates; smooth the filter it aids, such as a jink.Kalman"
-    )
+    not_smoothed = "its aid was trained on filtered estimates; smooth the filter it aids, such as a jink.Kalman"
 
     def __init__(self, filter: Bank, corrector: Corrector) -> None:
         if isinstance(filter, Aided):

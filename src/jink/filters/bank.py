@@ -83,7 +83,8 @@ class Bank:
             self._run_natively(declaration, parts)
         elif parts is not None:
             raise TypeError(
-                f"{type(self).__name__}: runs on jink's own motion and sensor models; models of your own work in Kalman and IMM"
+                f"{type(self).__name__}: runs on jink's own motion and sensor models; models of your own work in "
+                "Kalman and IMM"
             )
         else:
             self._run_stepwise(declaration)
@@ -92,7 +93,8 @@ class Bank:
         modes = [native_mode(m, self.axes) for m in self.motions]
         if any(mode.around_side for mode in modes) and (parts is None or parts.side is None):
             raise ValueError(
-                f"motions: AccelerationLevel.estimated counts from what a jink.AdaptiveIMM estimates; {type(self).__name__} has no "
+                "motions: AccelerationLevel.estimated counts from what a jink.AdaptiveIMM estimates; "
+                f"{type(self).__name__} has no "
                 "such estimate; expected estimated=False"
             )
         declaration.modes = modes
@@ -108,7 +110,8 @@ class Bank:
         for motion in self.motions:
             if hasattr(motion, "native") and not is_fixed(native_mode(motion, self.axes)):
                 raise TypeError(
-                    f"motions: {type(motion).__name__} adapts, or adds an acceleration, which beside models of your own is not "
+                    f"motions: {type(motion).__name__} adapts, or adds an acceleration, which beside models of "
+                    "your own is not "
                     "done; expected motion models of fixed noise"
                 )
         given_prior = isinstance(self.initial, Prior)
@@ -135,7 +138,9 @@ class Bank:
 
     @property
     def counts_rows(self) -> bool:
-        """Is a row without a measurement more than the time that passes: to detectors, modes alive, or noise from residuals?"""
+        """Is a row without a measurement more than the time that passes: to detectors, modes alive, or noise from
+        residuals?
+        """
         d = self.declaration
         decides = d is not None and (d.proposal.kind != native.Propose.all or d.detection.window > 0)
         return decides or any(getattr(m, "remembers", False) for m in self.motions)
@@ -171,12 +176,13 @@ class Bank:
     ) -> Estimate:
         """Filter one track, or many laid end to end.
 
-        time (N,) seconds or dates, not decreasing within a track; z (N, m), NaN or None where missing; offsets (B + 1,), track b
-        owning rows offsets[b] to offsets[b+1]; sensor (N,) index of each row's sensor; covariance (N, m, m), or (N, m) variances,
-        of each row instead of the sensor's; input (N, axes) known acceleration (m/s²) since the row before; initial a
-        :class:`jink.Prior` instead of the filter's own start; threads defaults to all cores; outputs names what to return; out is an
-        estimate of the same shapes to write into, which saves the system's clearing of new memory when filtering again and again.
-        Errors: ValueError or TypeError naming the argument, and the row where there is one.
+        time (N,) seconds or dates, not decreasing within a track; z (N, m), NaN or None where missing; offsets (B +
+        1,), track b owning rows offsets[b] to offsets[b+1]; sensor (N,) index of each row's sensor; covariance (N, m,
+        m), or (N, m) variances, of each row instead of the sensor's; input (N, axes) known acceleration (m/s²) since
+        the row before; initial a :class:`jink.Prior` instead of the filter's own start; threads defaults to all cores;
+        outputs names what to return; out is an estimate of the same shapes to write into, which saves the system's
+        clearing of new memory when filtering again and again. Errors: ValueError or TypeError naming the argument, and
+        the row where there is one.
         """
         batch = self._batch(time, z, offsets, sensor, covariance, input, initial)
         return self._run(batch, threads, outputs, out, smooth=False)
@@ -185,8 +191,8 @@ class Bank:
     def smooth(self, time: ArrayLike, z: ArrayLike, **options: Any) -> Estimate:
         """Filter, then let every row's estimate know its whole track; the arguments are those of :meth:`filter`.
 
-        x, P and mode_probability are smoothed; log_likelihood, nis, pit and status are the filter's. Errors: ValueError for a
-        filter that cannot be smoothed, with what to smooth instead. Method: docs/smoothing.md.
+        x, P and mode_probability are smoothed; log_likelihood, nis, pit and status are the filter's. Errors: ValueError
+        for a filter that cannot be smoothed, with what to smooth instead. Method: docs/smoothing.md.
         """
         run = {name: options.pop(name, None) for name in ("threads", "outputs", "out")}
         return self._run(self._batch(time, z, **options), **run, smooth=True)
@@ -201,9 +207,9 @@ class Bank:
     ) -> Any:
         """Track live: one target, or n at once.
 
-        ``live.update(t, z)`` returns the current estimate, ``live.predict(t)`` one at another time; with a ``lag`` of so many scans
-        the estimate is that of the scan so long ago, smoothed by those since. ``live.save()`` gives the state as bytes, taken
-        up again by ``state``.
+        ``live.update(t, z)`` returns the current estimate, ``live.predict(t)`` one at another time; with a ``lag`` of
+        so many scans the estimate is that of the scan so long ago, smoothed by those since. ``live.save()`` gives the
+        state as bytes, taken up again by ``state``.
         """
         if int(lag) != lag or lag < 0:
             raise ValueError(f"lag: expected a whole number of scans, got {lag!r}")
@@ -249,7 +255,8 @@ class Bank:
         return body | {name: value for name, value in given.items() if value is not None}
 
     def save(self, path: str | os.PathLike[str], **more: Any) -> None:
-        """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read, with more to keep in it.
+        """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read, with more to keep in
+        it.
 
         Errors: TypeError for a model of your own, which is code.
         """
@@ -319,9 +326,7 @@ def as_sensors(sensor: Any) -> tuple[Any, ...]:
         raise ValueError("sensor: expected at least one")
     for s in sensors:
         if not hasattr(s, "native") and not callable(getattr(s, "h", None)):
-            raise TypeError(
-                f"sensor: expected one of jink's sensors or one with h(x), got {type(s).__name__}"
-            )
+            raise TypeError(f"sensor: expected one of jink's sensors or one with h(x), got {type(s).__name__}")
     axes = [str(s.axes) for s in sensors if getattr(s, "axes", None)]
     if len(set(axes)) > 1:
         raise ValueError(f"sensor: all must have the same axes, got {', '.join(axes)}")

@@ -17,12 +17,13 @@ from .kalman import Kalman
 
 @dataclass(frozen=True)
 class FuzzyLimits:
-    """The largest acceleration to expect, from the acceleration there is: a_max(a) = a_th min(1, exp(−k (1 − |a|/a_th))).
+    """The largest acceleration to expect, from the acceleration there is: a_max(a) = a_th min(1, exp(−k (1 −
+    |a|/a_th))).
 
-    threshold a_th (m/s²); up and down the exponents k₁ and k₂ for a ≥ 0 and a < 0; operating a_up (m/s²), up to which a_max(a) ≥ |a|
-    must hold. Errors: ValueError for a_up ≥ a_th, or a k above a_th ln(a_th/a_up)/(a_th − a_up), where it does not hold.
-    Source: Wang, Qin, Yang & Yang, Defence Technology 2010 no. 3; the stored text of the paper has lost its equations, and the
-    membership was reconstructed from its words and figures (docs/current-statistical.md).
+    threshold a_th (m/s²); up and down the exponents k₁ and k₂ for a ≥ 0 and a < 0; operating a_up (m/s²), up to which
+    a_max(a) ≥ |a| must hold. Errors: ValueError for a_up ≥ a_th, or a k above a_th ln(a_th/a_up)/(a_th − a_up), where
+    it does not hold. Source: Wang, Qin, Yang & Yang, Defence Technology 2010 no. 3; the stored text of the paper has
+    lost its equations, and the membership was reconstructed from its words and figures (docs/current-statistical.md).
     """
 
     threshold: float = 100.0
@@ -37,14 +38,16 @@ class FuzzyLimits:
         )
         if a_up >= a_th:
             raise ValueError(
-                f"FuzzyLimits.operating: expected below threshold {a_th:g} m/s², got {a_up:g}; a_max reaches no higher than that"
+                f"FuzzyLimits.operating: expected below threshold {a_th:g} m/s², got {a_up:g}; a_max reaches no "
+                "higher than that"
             )
         bound = a_th * math.log(a_th / a_up) / (a_th - a_up)
         for name in ("up", "down"):
             k = positive(f"FuzzyLimits.{name}", getattr(self, name))
             if k > bound:
                 raise ValueError(
-                    f"FuzzyLimits.{name}: expected at most {bound:.4f}, got {k:g}; beyond it a_max(a) < |a| somewhere below "
+                    f"FuzzyLimits.{name}: expected at most {bound:.4f}, got {k:g}; beyond it a_max(a) < |a| "
+                    "somewhere below "
                     f"operating {a_up:g} m/s²"
                 )
 
@@ -58,14 +61,15 @@ class FuzzyLimits:
 class CurrentStatistical:
     """Exponentially correlated acceleration about a mean that is its current estimate, state [p v a] per axis.
 
-    x⁻ = Φ x + U â, which is constant acceleration; P⁻ = Φ P Φᵀ + 2α σ² Q₀(α), Φ and Q₀ Singer's with α = 1/time_constant;
-    σ² = (4−π)/π (a_max − a)² for a ≥ 0, (4−π)/π (a_min + a)² for a < 0, a the predicted acceleration of the axis.
+    x⁻ = Φ x + U â, which is constant acceleration; P⁻ = Φ P Φᵀ + 2α σ² Q₀(α), Φ and Q₀ Singer's with α =
+    1/time_constant; σ² = (4−π)/π (a_max − a)² for a ≥ 0, (4−π)/π (a_min + a)² for a < 0, a the predicted acceleration
+    of the axis.
 
-    acceleration_max a_max, and a_min downwards (m/s², both positive; default the same), or ``limits``, which move with the
-    acceleration; a margin a_max − |a| below ``least_margin`` times that limit counts as that much, so that an acceleration at or
-    beyond it does not freeze the filter; time_constant (s); acceleration_prior_sd (m/s²) at the start, or on entering from a mode
-    without acceleration. Errors: ValueError unless exactly one of acceleration_max and limits is given.
-    Source: Zhou & Kumar, J. Guidance 7(5), 1984; limits: Wang et al. 2010.
+    acceleration_max a_max, and a_min downwards (m/s², both positive; default the same), or ``limits``, which move with
+    the acceleration; a margin a_max − |a| below ``least_margin`` times that limit counts as that much, so that an
+    acceleration at or beyond it does not freeze the filter; time_constant (s); acceleration_prior_sd (m/s²) at the
+    start, or on entering from a mode without acceleration. Errors: ValueError unless exactly one of acceleration_max
+    and limits is given. Source: Zhou & Kumar, J. Guidance 7(5), 1984; limits: Wang et al. 2010.
     """
 
     acceleration_max: float | None = None

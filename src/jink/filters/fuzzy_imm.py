@@ -20,11 +20,12 @@ from .imm import IMM
 
 @dataclass(frozen=True)
 class FuzzyNoise:
-    """A motion model whose noise variance along each axis comes from rules: q = rules(r, Δr), r = z − H x⁻, Δr = r − r of the scan before.
+    """A motion model whose noise variance along each axis comes from rules: q = rules(r, Δr), r = z − H x⁻, Δr = r − r
+    of the scan before.
 
-    The rules take the place of the motion's own variance (acceleration_sd² or a density), which holds until the first measurement.
-    q(k) uses the residual of scan k, so it is found before P⁻ = F P Fᵀ + q G Gᵀ. After a start or a miss Δr is 0; a miss, or a
-    measurement rejected as an outlier, keeps the last q. Source: Lee, Joo & Park 2003, eq. 12–19.
+    The rules take the place of the motion's own variance (acceleration_sd² or a density), which holds until the first
+    measurement. q(k) uses the residual of scan k, so it is found before P⁻ = F P Fᵀ + q G Gᵀ. After a start or a miss
+    Δr is 0; a miss, or a measurement rejected as an outlier, keeps the last q. Source: Lee, Joo & Park 2003, eq. 12–19.
     """
 
     motion: Any
@@ -48,9 +49,7 @@ class FuzzyNoise:
     def adaptation(self, axes: int) -> native.Adaptation:
         """How the engine sets its variance: c₁, 1/s₁, c₂, 1/s₂, w of each rule."""
         c, s = np.asarray(self.rules.centres), np.asarray(self.rules.spreads)
-        table = np.column_stack(
-            [c[:, 0], 1 / s[:, 0], c[:, 1], 1 / s[:, 1], np.asarray(self.rules.variances)]
-        )
+        table = np.column_stack([c[:, 0], 1 / s[:, 0], c[:, 1], 1 / s[:, 1], np.asarray(self.rules.variances)])
         return native.Adaptation(kind=native.Adapt.fuzzy_rules, numbers=table.ravel().tolist())
 
     def check_units(self, sensor_sd: float) -> None:
@@ -73,8 +72,8 @@ def fuzzy_imm(
 ) -> IMM:
     """IMM of constant velocities with fuzzy noise: one mode per rule table, or a published set by its name.
 
-    mode_probability: by default 0.6 for the first, the rest equal, as published. Errors: ValueError for an unknown set, or rules in
-    other units than metres. Source: Lee, Joo & Park 2003.
+    mode_probability: by default 0.6 for the first, the rest equal, as published. Errors: ValueError for an unknown set,
+    or rules in other units than metres. Source: Lee, Joo & Park 2003.
     """
     if isinstance(rules, str):
         if rules not in PUBLISHED:
@@ -86,6 +85,4 @@ def fuzzy_imm(
         motions.append(FuzzyNoise(ConstantVelocity(acceleration_sd=start), table))
     if mode_probability is None and len(motions) > 1:
         mode_probability = [0.6] + [0.4 / (len(motions) - 1)] * (len(motions) - 1)
-    return IMM(
-        motions, sensor, transition, mode_probability=mode_probability, outliers=outliers, initial=initial
-    )
+    return IMM(motions, sensor, transition, mode_probability=mode_probability, outliers=outliers, initial=initial)

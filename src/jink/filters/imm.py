@@ -17,14 +17,16 @@ from .plain import MODES
 class IMM(Bank):
     """Interacting multiple models of any mix of motion models and state dimensions.
 
-    cⱼ = Σᵢ Πᵢⱼ μᵢ;  wᵢⱼ = Πᵢⱼ μᵢ / cⱼ;  each mode starts from the mixture of the wᵢⱼ, predicts and updates;  μⱼ ∝ cⱼ N(z; ẑⱼ, Sⱼ)
+    cⱼ = Σᵢ Πᵢⱼ μᵢ;  wᵢⱼ = Πᵢⱼ μᵢ / cⱼ;  each mode starts from the mixture of the wᵢⱼ, predicts and updates;  μⱼ ∝ cⱼ
+    N(z; ẑⱼ, Sⱼ)
 
     transition: a stay probability, a matrix with transition[i, j] = p(mode j now | mode i at the scan before), or a
-    :class:`jink.Sojourn` in continuous time; with ``transition_step`` (s) the matrix holds for that elapsed time. No time, no
-    switching: two sensors at the same instant do not switch twice. mode_probability: initial, by default the stationary one.
-    mixing: a component a mode has and its source lacks comes from the mode's own independent prior ("prior"), or from the mode's
-    own estimate ("unbiased"). The other arguments are those of :class:`jink.Kalman`.
-    Source: Blom & Bar-Shalom, IEEE Trans. AC-33(8), 1988; mixed dimensions: Granström, Willett & Bar-Shalom, Fusion 2015.
+    :class:`jink.Sojourn` in continuous time; with ``transition_step`` (s) the matrix holds for that elapsed time. No
+    time, no switching: two sensors at the same instant do not switch twice. mode_probability: initial, by default the
+    stationary one. mixing: a component a mode has and its source lacks comes from the mode's own independent prior
+    ("prior"), or from the mode's own estimate ("unbiased"). The other arguments are those of :class:`jink.Kalman`.
+    Source: Blom & Bar-Shalom, IEEE Trans. AC-33(8), 1988; mixed dimensions: Granström, Willett & Bar-Shalom, Fusion
+    2015.
     """
 
     arguments = MODES

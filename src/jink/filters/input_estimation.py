@@ -17,12 +17,14 @@ from .plain import COMMON
 class InputEstimation(Bank):
     """Kalman filter with a manoeuvre detector that estimates a constant acceleration over a sliding window.
 
-    For each onset ``shortest`` to ``window`` scans ago: M ← (I − K H)(F M + G), Ψ = H (F M + G), Y += Ψᵀ S⁻¹ Ψ, y += Ψᵀ S⁻¹ ν. If the
-    largest yᵀ Y⁻¹ y exceeds χ²(axes) at ``false_alarm``, u = Y⁻¹ y: x += M u, P += M Y⁻¹ Mᵀ, and the watch begins anew.
+    For each onset ``shortest`` to ``window`` scans ago: M ← (I − K H)(F M + G), Ψ = H (F M + G), Y += Ψᵀ S⁻¹ Ψ, y += Ψᵀ
+    S⁻¹ ν. If the largest yᵀ Y⁻¹ y exceeds χ²(axes) at ``false_alarm``, u = Y⁻¹ y: x += M u, P += M Y⁻¹ Mᵀ, and the
+    watch begins anew.
 
-    motion without acceleration, linear; shortest (default half the window): an acceleration that explains one or two innovations only
-    is mostly noise; false_alarm the probability of a correction without a manoeuvre, per onset and scan.
-    Source: Chan, Hu & Plant, IEEE Trans. AES-15(2), 1979; over all onsets of a window: Bogler, IEEE Trans. AES-23(3), 1987.
+    motion without acceleration, linear; shortest (default half the window): an acceleration that explains one or two
+    innovations only is mostly noise; false_alarm the probability of a correction without a manoeuvre, per onset and
+    scan. Source: Chan, Hu & Plant, IEEE Trans. AES-15(2), 1979; over all onsets of a window: Bogler, IEEE Trans.
+    AES-23(3), 1987.
     """
 
     arguments = ("window", "shortest", "false_alarm", *COMMON)
@@ -48,13 +50,13 @@ class InputEstimation(Bank):
                 f"motion: expected a ConstantVelocity, which knows of no acceleration, got {type(motion).__name__}"
             )
         length = whole("window", window, 1, 64, " of scans")
-        least = (
-            max(1, length // 2) if shortest is None else whole("shortest", shortest, 1, length, " of scans")
-        )
+        least = max(1, length // 2) if shortest is None else whole("shortest", shortest, 1, length, " of scans")
         from ..metrics.chi_square import quantile
 
         threshold = quantile(1 - probability("false_alarm", false_alarm), self.axes)
-        self._prepare(coast=coast, parts=Parts(detection=native.Detection(window=length, shortest=least, threshold=threshold)))
+        self._prepare(
+            coast=coast, parts=Parts(detection=native.Detection(window=length, shortest=least, threshold=threshold))
+        )
 
     def __repr__(self) -> str:
         return f"InputEstimation({self.motions[0]!r}, {', '.join(map(repr, self.sensors))}, window={self.window})"

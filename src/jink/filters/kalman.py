@@ -16,10 +16,11 @@ class Kalman(Bank):
 
     x⁻ = f(x), P⁻ = F P Fᵀ + Q;  S = H P⁻ Hᵀ + R, K = P⁻ Hᵀ S⁻¹, x = x⁻ + K (z − h(x⁻)), P = (I − K H) P⁻
 
-    motion one of :mod:`jink.models.motion` or your own; sensor one or several of :mod:`jink.models.sensor`; linearisation "ekf" or "ukf";
-    outliers None or :class:`jink.Outliers`; initial :class:`jink.TwoPoint`, OnePoint or Prior; coast (s) without an accepted
-    measurement after which a track ends and the next measurement starts it anew.
-    Source: Kalman 1960; Bar-Shalom, Li & Kirubarajan 2001, §5.2, §10.3; unscented: Julier & Uhlmann, Proc. IEEE 92(3), 2004.
+    motion one of :mod:`jink.models.motion` or your own; sensor one or several of :mod:`jink.models.sensor`;
+    linearisation "ekf" or "ukf"; outliers None or :class:`jink.Outliers`; initial :class:`jink.TwoPoint`, OnePoint or
+    Prior; coast (s) without an accepted measurement after which a track ends and the next measurement starts it anew.
+    Source: Kalman 1960; Bar-Shalom, Li & Kirubarajan 2001, §5.2, §10.3; unscented: Julier & Uhlmann, Proc. IEEE 92(3),
+    2004.
     """
 
     arguments = LINEARISED

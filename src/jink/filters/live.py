@@ -48,7 +48,9 @@ class LiveBatch:
         covariance: ArrayLike | None = None,
         input: ArrayLike | None = None,
     ) -> Estimate:
-        """All targets at time t, one for all or (n,): z (n, m); covariance (n, m) variances or (n, m, m); input (n, axes)."""
+        """All targets at time t, one for all or (n,): z (n, m); covariance (n, m) variances or (n, m, m); input (n,
+        axes).
+        """
         rows = measurements(z, self._columns)
         if len(rows) != self.n:
             raise ValueError(f"z: expected {self.n} rows, one per target, got {len(rows)}")
@@ -71,9 +73,7 @@ class LiveBatch:
 
     def begin(self, target: int, x: ArrayLike, P: ArrayLike, time: float) -> None:
         """Start one target from a given state at a time."""
-        self._live.begin(
-            target, np.ascontiguousarray(x, dtype=float), np.ascontiguousarray(P, dtype=float), time
-        )
+        self._live.begin(target, np.ascontiguousarray(x, dtype=float), np.ascontiguousarray(P, dtype=float), time)
 
     def reset(self, target: int) -> None:
         """Forget one target; its next position starts a new one."""
@@ -96,9 +96,7 @@ class LiveBatch:
         self._last = np.array(np.broadcast_to(times, (self.n,)))
         return times
 
-    def _call(
-        self, times: Any, rows: Any, which: Any, noise: Any, known: Any, *, predict_only: bool
-    ) -> Estimate:
+    def _call(self, times: Any, rows: Any, which: Any, noise: Any, known: Any, *, predict_only: bool) -> Estimate:
         results: dict[str, Any] = {name: np.empty(shape) for name, shape in self._shapes.items()}
         status = np.empty(self.n, dtype=np.uint8)
         slots = [*(results.get(name) for name in OUTPUTS[:-1]), status]

@@ -119,10 +119,7 @@ def _several(body: dict[str, Any], name: str, within: str) -> list[Any]:
     found = body.get(name)
     if not isinstance(found, list) or not found:
         raise ValueError(f"{within}{name}: expected a list of at least one, got {found!r}")
-    return [
-        _running(declared(each, f"{within}{name}[{i}]"), f"{within}{name}[{i}]")
-        for i, each in enumerate(found)
-    ]
+    return [_running(declared(each, f"{within}{name}[{i}]"), f"{within}{name}[{i}]") for i, each in enumerate(found)]
 
 
 def _running(part: Any, at: str) -> Any:
@@ -141,9 +138,7 @@ def declared(value: Any, at: str) -> Any:
     kind = value.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
         raise ValueError(f"{at}: kind {kind!r} is none of {', '.join(KINDS)}")
-    return made(
-        KINDS[kind], at, {name: declared(v, f"{at}.{name}") for name, v in value.items() if name != "kind"}
-    )
+    return made(KINDS[kind], at, {name: declared(v, f"{at}.{name}") for name, v in value.items() if name != "kind"})
 
 
 def made(build: Callable[..., Any], at: str, given: dict[str, Any]) -> Any:

@@ -31,10 +31,11 @@ def layers(network: Network) -> tuple[list[int], list[float]]:
 
 @dataclass(frozen=True)
 class NetworkNoise:
-    """A motion model whose noise variance (one for all axes) a network chooses anew in each scan: NNVSMM, "parameter-based".
+    """A motion model whose noise variance (one for all axes) a network chooses anew in each scan: NNVSMM,
+    "parameter-based".
 
-    q(k) = network(q(k−1), how likely the measurement is along each axis with q(k−1)); then P⁻ = F P Fᵀ + q G Gᵀ. A miss keeps q.
-    Source: Choi, Samal & Ahn 2001, §3.
+    q(k) = network(q(k−1), how likely the measurement is along each axis with q(k−1)); then P⁻ = F P Fᵀ + q G Gᵀ. A miss
+    keeps q. Source: Choi, Samal & Ahn 2001, §3.
     """
 
     motion: Any
@@ -52,7 +53,9 @@ class NetworkNoise:
         return bool(self.motion.manoeuvring)
 
     def native(self, axes: int) -> NativeMode:
-        """What the engine runs, with the network's first variance. Errors: ValueError for another number of axes than the network's."""
+        """What the engine runs, with the network's first variance. Errors: ValueError for another number of axes than
+        the network's.
+        """
         if self.network.network.inputs != 1 + axes:
             raise ValueError(
                 f"NetworkNoise.network: has {self.network.network.inputs} inputs; expected {1 + axes} with {axes} axes"
@@ -86,8 +89,8 @@ class NetworkNoise:
 class NeuralModes(Bank):
     """NNVSMM, "mode-based": a network scores all modes, the best share the estimate, from which all go on.
 
-    w = softmax over the ``best`` highest of network(last w, log NIS of each mode);  x = Σ wⱼ xⱼ. mode_probability holds w.
-    motions of any kind (constant velocity, acceleration, turns). Source: Choi, Samal & Ahn 2001, eq. 8.
+    w = softmax over the ``best`` highest of network(last w, log NIS of each mode);  x = Σ wⱼ xⱼ. mode_probability holds
+    w. motions of any kind (constant velocity, acceleration, turns). Source: Choi, Samal & Ahn 2001, eq. 8.
     """
 
     arguments = ("network", *COMMON)

@@ -18,9 +18,9 @@ LARGEST_LAYER = 128
 class Parts:
     """What makes a filter other than an IMM.
 
-    interaction of the modes; side, a motion model whose acceleration modes build on; proposal, which modes are alive; start, the
-    initial probabilities if they are not those of all modes; chain, the transition's size if it is not that of all modes; scores,
-    a network that weighs; detection of onsets; aid, a learned correction.
+    interaction of the modes; side, a motion model whose acceleration modes build on; proposal, which modes are alive;
+    start, the initial probabilities if they are not those of all modes; chain, the transition's size if it is not that
+    of all modes; scores, a network that weighs; detection of onsets; aid, a learned correction.
     """
 
     interaction: native.Interaction = native.Interaction.imm
@@ -45,7 +45,9 @@ def native_mode(motion: Any, axes: int) -> native.Mode:
     """
     inner = getattr(motion, "motion", None)
     if inner is not None and not hasattr(inner, "native"):
-        raise TypeError(f"{type(motion).__name__}.motion: expected one of jink's motion models, got {type(inner).__name__}")
+        raise TypeError(
+            f"{type(motion).__name__}.motion: expected one of jink's motion models, got {type(inner).__name__}"
+        )
     mode = motion.native(axes)
     if hasattr(motion, "adaptation"):
         mode.adaptation = motion.adaptation(axes)

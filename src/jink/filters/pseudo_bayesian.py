@@ -28,30 +28,32 @@ class GPB1(IMM):
 
 
 class GPB2(IMM):
-    """Generalised pseudo-Bayesian filter of second order: every pair of modes before and now is filtered apart, then merged.
+    """Generalised pseudo-Bayesian filter of second order: every pair of modes before and now is filtered apart, then
+    merged.
 
-    xᵢⱼ, Pᵢⱼ: mode j's filter from mode i's estimate;  wᵢⱼ ∝ Πᵢⱼ μᵢ N(z; ẑᵢⱼ, Sᵢⱼ);  μⱼ = Σᵢ wᵢⱼ, xⱼ = Σᵢ wᵢⱼ xᵢⱼ / μⱼ. M² filters.
-    Source: Chang & Athans, IEEE Trans. AES-14(3), 1978; Bar-Shalom, Li & Kirubarajan 2001, §11.6.4.
+    xᵢⱼ, Pᵢⱼ: mode j's filter from mode i's estimate;  wᵢⱼ ∝ Πᵢⱼ μᵢ N(z; ẑᵢⱼ, Sᵢⱼ);  μⱼ = Σᵢ wᵢⱼ, xⱼ = Σᵢ wᵢⱼ xᵢⱼ / μⱼ.
+    M² filters. Source: Chang & Athans, IEEE Trans. AES-14(3), 1978; Bar-Shalom, Li & Kirubarajan 2001, §11.6.4.
     Errors: ValueError for modes that adapt to residuals: a pair has no memory of its own.
     """
 
     def _parts(self) -> Parts:
         if any(getattr(m, "remembers", False) for m in self.motions):
             raise ValueError(
-                "motions: in GPB2 a pair of modes has no memory of its own, which modes that adapt to residuals need; use jink.IMM"
+                "motions: in GPB2 a pair of modes has no memory of its own, which modes that adapt to residuals "
+                "need; use jink.IMM"
             )
         if any(adapts(m) for m in self.motions):
-            self.not_smoothed = (
-                "a pair's own noise is not kept, and its modes adapt theirs; smooth a jink.IMM of them"
-            )
+            self.not_smoothed = "a pair's own noise is not kept, and its modes adapt theirs; smooth a jink.IMM of them"
         return Parts(interaction=native.Interaction.gpb2)
 
 
 class StaticMM(IMM):
-    """Static multiple models (multiple-model adaptive estimation): each mode filters by itself, and one of them is taken to be true.
+    """Static multiple models (multiple-model adaptive estimation): each mode filters by itself, and one of them is
+    taken to be true.
 
-    μⱼ(k) ∝ μⱼ(k−1) N(z; ẑⱼ, Sⱼ). A target that changes its mode is followed only as far as the probabilities have not died
-    (they are kept above 1e-100). Source: Magill, IEEE Trans. AC-10(4), 1965; Bar-Shalom, Li & Kirubarajan 2001, §11.6.2.
+    μⱼ(k) ∝ μⱼ(k−1) N(z; ẑⱼ, Sⱼ). A target that changes its mode is followed only as far as the probabilities have not
+    died (they are kept above 1e-100). Source: Magill, IEEE Trans. AC-10(4), 1965; Bar-Shalom, Li & Kirubarajan 2001,
+    §11.6.2.
     """
 
     arguments = ("mode_probability", *LINEARISED)
@@ -72,9 +74,15 @@ class StaticMM(IMM):
         if mode_probability is None:
             mode_probability = [1.0 / max(n, 1)] * n
         super().__init__(
-            motions, sensor, same, mode_probability=mode_probability, linearisation=linearisation, outliers=outliers,
-            initial=initial, coast=coast,
-        )  # fmt: skip
+            motions,
+            sensor,
+            same,
+            mode_probability=mode_probability,
+            linearisation=linearisation,
+            outliers=outliers,
+            initial=initial,
+            coast=coast,
+        )
 
     def _parts(self) -> Parts:
         return Parts(interaction=native.Interaction.none)

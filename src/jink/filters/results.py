@@ -27,8 +27,15 @@ Slots = tuple[dict[str, NDArray[Any]], list[Array | None], NDArray[np.uint8] | N
 
 
 def allocate(
-    outputs: Sequence[str] | None, out: Estimate | None, *, rows: int, tracks: int, components: int, modes: int, columns: int
-) -> Slots:  # fmt: skip
+    outputs: Sequence[str] | None,
+    out: Estimate | None,
+    *,
+    rows: int,
+    tracks: int,
+    components: int,
+    modes: int,
+    columns: int,
+) -> Slots:
     """Results by name, the same in the engine's order (None where not wanted), and the status.
 
     Errors: ValueError for an unknown output, or an ``out`` without an array of the shape that is wanted.

@@ -31,7 +31,8 @@ def same_arguments(of: Callable[Arguments, Any]) -> Callable[[Callable[..., Any]
 class Batch:
     """Rows of tracks laid end to end, checked: what the engine runs on.
 
-    time (N,), z (N, columns), offsets (B + 1,); of each row or None: sensor, noise (variances or covariances), input; prior x, P.
+    time (N,), z (N, columns), offsets (B + 1,); of each row or None: sensor, noise (variances or covariances), input;
+    prior x, P.
     """
 
     time: Array
@@ -101,9 +102,7 @@ def measurements(z: ArrayLike, columns: int) -> Array:
     if array.ndim == 1 and columns == 1:
         array = array[:, None]
     if array.ndim != 2 or array.shape[1] != columns:
-        raise ValueError(
-            f"z: expected shape (N, {columns}), one column per measured component, got {array.shape}"
-        )
+        raise ValueError(f"z: expected shape (N, {columns}), one column per measured component, got {array.shape}")
     return np.ascontiguousarray(array)
 
 
@@ -122,9 +121,7 @@ def track_offsets(offsets: ArrayLike | None, n: int) -> NDArray[np.int64]:
         raise ValueError("offsets: expected whole numbers (B + 1,)")
     bounds = np.ascontiguousarray(bounds, dtype=np.int64)
     if bounds[0] != 0 or bounds[-1] != n or np.any(np.diff(bounds) < 0):
-        raise ValueError(
-            f"offsets: expected to rise from 0 to the number of rows {n}, got {bounds[0]} to {bounds[-1]}"
-        )
+        raise ValueError(f"offsets: expected to rise from 0 to the number of rows {n}, got {bounds[0]} to {bounds[-1]}")
     return bounds
 
 
@@ -163,9 +160,7 @@ def sensor_index(sensor: ArrayLike | None, n: int, sensors: int) -> NDArray[np.i
         return None
     index = np.asarray(sensor)
     if index.shape != (n,) or index.dtype.kind not in "iu":
-        raise ValueError(
-            f"sensor: expected {n} integers, one per row, got {index.dtype} of shape {index.shape}"
-        )
+        raise ValueError(f"sensor: expected {n} integers, one per row, got {index.dtype} of shape {index.shape}")
     if n and (index.min() < 0 or index.max() >= sensors):
         raise ValueError(f"sensor: expected indices 0 to {sensors - 1}, got {index.min()} to {index.max()}")
     return np.ascontiguousarray(index, dtype=np.int32)

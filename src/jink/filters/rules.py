@@ -37,9 +37,7 @@ def declared_rules(
         raise ValueError(f"mixing: expected 'prior' or 'unbiased', got {mixing!r}")
     if not isinstance(initial, TwoPoint | OnePoint | Prior):
         raise TypeError(f"initial: expected jink.TwoPoint, OnePoint or Prior, got {type(initial).__name__}")
-    velocity_sd = (
-        1000.0 if isinstance(initial, Prior) else positive("initial.velocity_sd", initial.velocity_sd)
-    )
+    velocity_sd = 1000.0 if isinstance(initial, Prior) else positive("initial.velocity_sd", initial.velocity_sd)
     start = parts.start if parts else None
     if start is None:
         start = _probabilities(mode_probability, modes, continuous, matrix)

@@ -20,12 +20,14 @@ from .plain import COMMON
 class VariableDimension(Bank):
     """Two filters of which one is in use, and detectors that switch between them.
 
-    Quiet: ρ ← (1 − 1/W) ρ + νᵀS⁻¹ν; above its threshold a manoeuvre began W scans ago, and the filter with acceleration starts there,
-    a = 2/T² (z − p − T v), and runs over the measurements since. Manoeuvring: the sum of aᵀ P_aa⁻¹ a over the last W scans; below its
-    threshold the target flies straight again. ρ is taken as χ² with its mean and variance, the sum as χ²(W · axes).
+    Quiet: ρ ← (1 − 1/W) ρ + νᵀS⁻¹ν; above its threshold a manoeuvre began W scans ago, and the filter with acceleration
+    starts there, a = 2/T² (z − p − T v), and runs over the measurements since. Manoeuvring: the sum of aᵀ P_aa⁻¹ a over
+    the last W scans; below its threshold the target flies straight again. ρ is taken as χ² with its mean and variance,
+    the sum as χ²(W · axes).
 
-    quiet, manoeuvring the two motion models; window W (scans); false_alarm the probability that a quiet ρ exceeds its threshold,
-    missed_end that the acceleration's sum does though there is none. Source: Bar-Shalom & Birmiwal, IEEE Trans. AES-18(5), 1982.
+    quiet, manoeuvring the two motion models; window W (scans); false_alarm the probability that a quiet ρ exceeds its
+    threshold, missed_end that the acceleration's sum does though there is none. Source: Bar-Shalom & Birmiwal, IEEE
+    Trans. AES-18(5), 1982.
     """
 
     arguments = ("window", "false_alarm", "missed_end", *COMMON)
@@ -56,7 +58,9 @@ class VariableDimension(Bank):
         whole("window", window, 2, 64, " of scans")
         probability("false_alarm", false_alarm)
         probability("missed_end", missed_end)
-        proposal = native.Proposal(kind=native.Propose.dimension, slots=2, start=[0.0, -1.0], numbers=self._thresholds())
+        proposal = native.Proposal(
+            kind=native.Propose.dimension, slots=2, start=[0.0, -1.0], numbers=self._thresholds()
+        )
         parts: Any = Parts(interaction=native.Interaction.none, proposal=proposal, start=np.array([1.0, 0.0]))
         self._prepare(transition=0.5, coast=coast, parts=parts)
 
@@ -71,4 +75,5 @@ class VariableDimension(Bank):
         return [float(W), rise, quantile(1 - self.missed_end, W * m)]
 
     def __repr__(self) -> str:
-        return f"VariableDimension({', '.join(map(repr, self.motions))}, {', '.join(map(repr, self.sensors))}, window={self.window})"
+        return f"VariableDimension({', '.join(map(repr, self.motions))}, {', '.join(map(repr, self.sensors))}, "
+        f"window={self.window})"

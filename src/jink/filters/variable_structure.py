@@ -88,9 +88,7 @@ class _Digraph(_VariableStructure):
         slots = self._slots(alive)
         others = [j for j in near[first_mode] if j != first_mode]
         first = self._placed(sorted([first_mode, *others[: alive - 1]]), slots)
-        proposal = native.Proposal(
-            kind=self._kind, slots=slots, start=first, neighbours=near, numbers=[float(alive)]
-        )
+        proposal = native.Proposal(kind=self._kind, slots=slots, start=first, neighbours=near, numbers=[float(alive)])
         parts = Parts(proposal=proposal, start=_begun(first, first_mode))
         self._prepare(transition=transition, coast=coast, parts=parts)
 
@@ -101,13 +99,14 @@ class _Digraph(_VariableStructure):
 class DigraphSwitching(_Digraph):
     """Variable-structure IMM by digraph switching: alive are the neighbours of the likeliest mode, itself included.
 
-    A(k+1) = {j: neighbour of argmaxᵢ μᵢ(k)};  cⱼ = Σ_{i ∈ A(k)} Π⁺ᵢⱼ μᵢ for j ∈ A(k+1), the IMM's recursion over these. Π⁺: a mode that
-    stays alive stays with its own probability, the rest goes to the neighbours that are alive, in proportion.
+    A(k+1) = {j: neighbour of argmaxᵢ μᵢ(k)};  cⱼ = Σ_{i ∈ A(k)} Π⁺ᵢⱼ μᵢ for j ∈ A(k+1), the IMM's recursion over these.
+    Π⁺: a mode that stays alive stays with its own probability, the rest goes to the neighbours that are alive, in
+    proportion.
 
-    motions the whole set; transition as in :class:`jink.IMM` over all of them; graph, the neighbours of each mode (default: where
-    transition is not zero); first_mode, the one a track begins with. Modes of one motion model and different numbers cost
-    as much as the largest neighbourhood, others as much as those that any of a pack of tracks has alive.
-    Errors: ValueError for modes that cannot be reached. Source: Li & Bar-Shalom, IEEE Trans. AC-41(4), 1996.
+    motions the whole set; transition as in :class:`jink.IMM` over all of them; graph, the neighbours of each mode
+    (default: where transition is not zero); first_mode, the one a track begins with. Modes of one motion model and
+    different numbers cost as much as the largest neighbourhood, others as much as those that any of a pack of tracks
+    has alive. Errors: ValueError for modes that cannot be reached. Source: Li & Bar-Shalom, IEEE Trans. AC-41(4), 1996.
     """
 
     arguments = ("transition", "graph", "first_mode", *COMMON)
@@ -121,8 +120,9 @@ class DigraphSwitching(_Digraph):
 class ActiveDigraph(_Digraph):
     """Variable-structure IMM by active digraph: alive are the ``alive`` likeliest modes of the next scan.
 
-    A(k+1) = the modes of the largest cⱼ = Σ_{i ∈ A(k)} Πᵢⱼ μᵢ(k), over the whole graph; then as :class:`DigraphSwitching`, with the
-    same arguments. Source: Li, Zwi & Zhang, IEEE Trans. AES-35(1), 1999; Li, IEEE Trans. AC-45(11), 2000 ("likely-model set").
+    A(k+1) = the modes of the largest cⱼ = Σ_{i ∈ A(k)} Πᵢⱼ μᵢ(k), over the whole graph; then as
+    :class:`DigraphSwitching`, with the same arguments. Source: Li, Zwi & Zhang, IEEE Trans. AES-35(1), 1999; Li, IEEE
+    Trans. AC-45(11), 2000 ("likely-model set").
     """
 
     arguments = ("transition", "alive", "graph", "first_mode", *COMMON)
@@ -146,13 +146,15 @@ class ActiveDigraph(_Digraph):
 
 
 class AdaptiveGrid(_VariableStructure):
-    """Variable-structure IMM by adaptive grid: three points that move along an ordered set of modes of one motion model.
+    """Variable-structure IMM by adaptive grid: three points that move along an ordered set of modes of one motion
+    model.
 
-    Points l < c < r lie anywhere between the first mode (0) and the last (M − 1), with numbers in between. After a scan the centre
-    goes to Σ μ · point; an outer point comes half as near where its probability is below ``unlikely``, goes out to twice the distance
-    where it is above ``likely``, and is never nearer than ``least_step``. transition: of the three points (default: stay 0.9).
-    mode_probability is shared out between the two modes a point lies between.
-    Errors: ValueError for modes of different motion models. Source: Jilkov, Angelova & Semerdjiev, IEEE Trans. AES-35(1), 1999.
+    Points l < c < r lie anywhere between the first mode (0) and the last (M − 1), with numbers in between. After a scan
+    the centre goes to Σ μ · point; an outer point comes half as near where its probability is below ``unlikely``, goes
+    out to twice the distance where it is above ``likely``, and is never nearer than ``least_step``. transition: of the
+    three points (default: stay 0.9). mode_probability is shared out between the two modes a point lies between.
+    Errors: ValueError for modes of different motion models. Source: Jilkov, Angelova & Semerdjiev, IEEE Trans.
+    AES-35(1), 1999.
     """
 
     arguments = ("transition", "least_step", "unlikely", "likely", *COMMON)
@@ -175,18 +177,14 @@ class AdaptiveGrid(_VariableStructure):
         self.least_step, self.unlikely, self.likely = least_step, unlikely, likely
         last = len(self.motions) - 1.0
         if not self._alike:
-            raise ValueError(
-                "motions: a grid lies between modes of one motion model that differ in numbers only"
-            )
+            raise ValueError("motions: a grid lies between modes of one motion model that differ in numbers only")
         if not positive("least_step", least_step) <= last / 2:
             raise ValueError(f"least_step: expected at most half of {last:g} modes, got {least_step:g}")
         if not positive("unlikely", unlikely, zero=True) < positive("likely", likely) <= 1:
             raise ValueError(f"unlikely: expected 0 ≤ unlikely < likely ≤ 1, got {unlikely:g} and {likely:g}")
         numbers = [float(least_step), float(unlikely), float(likely)]
         proposal = native.Proposal(kind=native.Propose.grid, slots=3, start=[0.0, last / 2, last], numbers=numbers)
-        self._prepare(
-            transition=transition, coast=coast, parts=Parts(proposal=proposal, start=uniform(3, 3), chain=3)
-        )
+        self._prepare(transition=transition, coast=coast, parts=Parts(proposal=proposal, start=uniform(3, 3), chain=3))
 
 
 def neighbours(modes: int, transition: Any, graph: Sequence[Sequence[int]] | None) -> list[list[int]]:

@@ -1,4 +1,6 @@
-"""What `jink fit --search` tries: one to three motion models, adaptive and fuzzy filters, and where the fit of each starts."""
+"""What `jink fit --search` tries: one to three motion models, adaptive and fuzzy filters, and where the fit of each
+starts.
+"""
 
 from __future__ import annotations
 
@@ -104,10 +106,14 @@ def _all() -> list[Candidate]:
     ]
     found += [Candidate(name="+".join(m), parts=(*m, "several"), made=_composed(m)) for m in several]
     more = {
-        "facs": ("csm", "fuzzy"), "imm-facs": ("cv", "csm", "fuzzy", "several"), "fuzzy-kalman": ("cv", "fuzzy"),
-        "fuzzy-imm": ("cv", "fuzzy", "several"), "augmented": ("cv", "adaptive"), "aimm3": ("cv", "adaptive", "several"),
+        "facs": ("csm", "fuzzy"),
+        "imm-facs": ("cv", "csm", "fuzzy", "several"),
+        "fuzzy-kalman": ("cv", "fuzzy"),
+        "fuzzy-imm": ("cv", "fuzzy", "several"),
+        "augmented": ("cv", "adaptive"),
+        "aimm3": ("cv", "adaptive", "several"),
         "imm": ("cv", "ca", "ct", "several"),
-    }  # fmt: skip
+    }
     return found + [Candidate(name=name, parts=parts, made=_named(name)) for name, parts in more.items()]
 
 

@@ -1,4 +1,6 @@
-"""What a filter is fitted on: training runs of scenarios, or the fitting half of recorded tracks, with truth if there is any."""
+"""What a filter is fitted on: training runs of scenarios, or the fitting half of recorded tracks, with truth if there
+is any.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +35,8 @@ MISPLACED = 10.0  # times the measurement's sd that the truth may lie off, in th
 
 @dataclass(frozen=True, kw_only=True)
 class Training:
-    """tracks to fit on; the purpose that filters are made for; check(entrants): a race on data held out, some of whose tracks are
-    held_out; apart: what keeps the two from meeting, as a filter's file says it; words for people."""
+    """tracks to fit on; the purpose that filters are made for; check(entrants): a race on data held out, some of whose
+    tracks are held_out; apart: what keeps the two from meeting, as a filter's file says it; words for people."""
 
     name: str
     words: str
@@ -58,9 +60,7 @@ def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_
     parts = [_simulated(s, runs, FITTING, seed, f, apart) for f, s in enumerate(scenarios)]
     axes = {part.z.shape[1] for part in parts}
     if len(axes) > 1:
-        raise InputError(
-            f"{', '.join(s.name for s in scenarios)}: are seen in different numbers of components"
-        )
+        raise InputError(f"{', '.join(s.name for s in scenarios)}: are seen in different numbers of components")
     name = ",".join(s.name for s in scenarios)
     tracks = joined(parts)
     if len(parts) == 1:  # whose noise is the sensor's
@@ -173,7 +173,9 @@ def _held_out(tracks: Tracks, scored: np.ndarray) -> Tracks:
 
 
 def parse_truth(given: str | None, path: str) -> dict[str, str] | None:
-    """`px=true_x,vx=true_velocity_x` to component and column; `true`: the columns that jink simulate writes, as the file has them."""
+    """`px=true_x,vx=true_velocity_x` to component and column; `true`: the columns that jink simulate writes, as the
+    file has them.
+    """
     if given is None:
         return None
     if given == "true":
@@ -207,9 +209,7 @@ def true_values(path: str, row: np.ndarray, truth: Mapping[str, str]) -> Array:
     numbers = frame["row"].to_numpy()
     used = numbers <= row.max()
     at[numbers[used]] = np.flatnonzero(used)
-    return np.stack(
-        [frame[name].cast(float).fill_null(np.nan).to_numpy()[at[row]] for name in truth.values()], axis=1
-    )
+    return np.stack([frame[name].cast(float).fill_null(np.nan).to_numpy()[at[row]] for name in truth.values()], axis=1)
 
 
 def check_truth(truth: Array, components: Sequence[str], recording: Recording) -> None:
@@ -224,6 +224,7 @@ def check_truth(truth: Array, components: Sequence[str], recording: Recording) -
         off = np.nanmedian(np.abs(truth[:, k] - recording.tracks.z[:, axis]))
         if not off <= MISPLACED * sd[axis]:
             raise InputError(
-                f"--truth: {name} lies {off:.3g} m from the measured position in the median, whose sd is {sd[axis]:.3g} m; "
+                f"--truth: {name} lies {off:.3g} m from the measured position in the median, whose sd is "
+                f"{sd[axis]:.3g} m; "
                 "is it the truth of these targets, in the same coordinates?"
             )

@@ -1,4 +1,6 @@
-"""A filter learned from your own targets: parameters from recorded measurements, with or without truth, checked on others."""
+"""A filter learned from your own targets: parameters from recorded measurements, with or without truth, checked on
+others.
+"""
 
 from __future__ import annotations
 
@@ -47,25 +49,34 @@ def fit(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Fit:
-    """Fit a filter's parameters to a scenario, several ("a,b"), or a file of recorded positions, and check it on held-out data.
+    """Fit a filter's parameters to a scenario, several ("a,b"), or a file of recorded positions, and check it on
+    held-out data.
 
     filter: where the fit starts, a name of ``jink.compare.FILTERS``, a file written by ``save`` or a filter. objective:
-    "likelihood" of the measurements (needs no truth), "prediction" error ``ahead`` scans on, "tracking" error against the truth
-    (the default where there is truth), or "normalised": that of each scan over the measurements', then its mean.
-    truth of a file: "true" (columns as jink simulate writes them) or component to column.
+    "likelihood" of the measurements (needs no truth), "prediction" error ``ahead`` scans on, "tracking" error against
+    the truth (the default where there is truth), or "normalised": that of each scan over the measurements', then its
+    mean. truth of a file: "true" (columns as jink simulate writes them) or component to column.
     free, fixed: patterns of parameter names, for example "*.acceleration_psd". runs to train on and
     check_runs to check on, of a scenario; a file is split by its tracks, or by time if there are few. minutes: budget.
-    checkpoint: file in which the search is kept, taken up again with resume. Ctrl-C keeps the best so far, ``partial`` being
-    true. Errors: InputError (a ValueError).
+    checkpoint: file in which the search is kept, taken up again with resume. Ctrl-C keeps the best so far, ``partial``
+    being true. Errors: InputError (a ValueError).
     """
-    training = training_data(
-        data, runs=runs, check_runs=check_runs, seed=seed, kind=kind, columns=columns, truth=truth
-    )
+    training = training_data(data, runs=runs, check_runs=check_runs, seed=seed, kind=kind, columns=columns, truth=truth)
     name, start = starting_filter(filter, training, seed)
     return fit_filter(
-        training, name, start, objective=chosen_objective(objective, training, ahead), free=free, fixed=fixed, seed=seed,
-        starts=starts, minutes=minutes, checkpoint=checkpoint, resume=resume, progress=progress,
-    )  # fmt: skip
+        training,
+        name,
+        start,
+        objective=chosen_objective(objective, training, ahead),
+        free=free,
+        fixed=fixed,
+        seed=seed,
+        starts=starts,
+        minutes=minutes,
+        checkpoint=checkpoint,
+        resume=resume,
+        progress=progress,
+    )
 
 
 def fit_filter(
@@ -91,9 +102,15 @@ def fit_filter(
         tracks = believed(start, tracks)
     kept = Checkpoint.of(checkpoint, parameters, objective, tracks, seed, starts)
     search = Search(
-        parameters, objective, tracks, starts=starts, seed=seed, deadline=deadline,
-        keep=kept.write if kept else None, report=progress,
-    )  # fmt: skip
+        parameters,
+        objective,
+        tracks,
+        starts=starts,
+        seed=seed,
+        deadline=deadline,
+        keep=kept.write if kept else None,
+        report=progress,
+    )
     if resume:
         if kept is None:
             raise InputError("resume: needs the checkpoint to take up")
@@ -176,14 +193,13 @@ def _parameters(start: Any, free: Sequence[str], fixed: Sequence[str], training:
     rows = training.tracks.rows
     if rows < 10 * len(parameters):
         raise InputError(
-            f"{training.name}: {rows} rows to fit {len(parameters)} parameters on; expected at least ten rows for each, "
+            f"{training.name}: {rows} rows to fit {len(parameters)} parameters on; expected at least ten rows for "
+            "each, "
             f"{10 * len(parameters)}: give more data, or fix parameters"
         )
     missing = [c for c in training.tracks.components if c not in start.components]
     if training.tracks.truth is not None and missing:
-        raise InputError(
-            f"the filter does not estimate {missing[0]}, which the truth has; name fewer components"
-        )
+        raise InputError(f"the filter does not estimate {missing[0]}, which the truth has; name fewer components")
     if not differentiable(start) and len(parameters) > 40:
         raise InputError(f"{len(parameters)} parameters are too many to fit without a gradient; fix some")
     return parameters

@@ -22,8 +22,8 @@ FIGURES: dict[Figure, native.Figure] = {
 
 
 def differentiable(filter: Any) -> bool:
-    """Can the engine differentiate this filter? Models of your own, filters that choose among modes, watch for onsets or are
-    aided by networks say no."""
+    """Can the engine differentiate this filter? Models of your own, filters that choose among modes, watch for onsets
+    or are aided by networks say no."""
     return isinstance(filter.engine, Engine) and native.differentiable(filter.engine)
 
 
@@ -39,11 +39,12 @@ def gradient(
 ) -> tuple[Array, Array]:
     """A figure of every track and its derivatives: value (B, c), slope (P, B, c), exact.
 
-    likelihood (c = 1): Σ w ln p(z); prediction, one c per measured component: Σ w (z − h(x predicted ``ahead`` scans before))²;
-    tracking, one c of ``tracks.components``: Σ w (x − truth)². tangents (P, numbers): directions of differentiation among the
-    engine's numbers, as :meth:`jink.fit.parameters.Parameters.tangents` gives them. weight (N, c), by default one.
-    Where a filter gates or restarts the derivative is that of what it did. Errors: ValueError naming the argument; TypeError
-    for a filter that cannot be differentiated. Source: Griewank & Walther, Evaluating Derivatives, 2008, chapter 3.
+    likelihood (c = 1): Σ w ln p(z); prediction, one c per measured component: Σ w (z − h(x predicted ``ahead`` scans
+    before))²; tracking, one c of ``tracks.components``: Σ w (x − truth)². tangents (P, numbers): directions of
+    differentiation among the engine's numbers, as :meth:`jink.fit.parameters.Parameters.tangents` gives them. weight
+    (N, c), by default one. Where a filter gates or restarts the derivative is that of what it did. Errors: ValueError
+    naming the argument; TypeError for a filter that cannot be differentiated. Source: Griewank & Walther, Evaluating
+    Derivatives, 2008, chapter 3.
     """
     if not differentiable(filter):
         raise TypeError(f"{filter!r} cannot be differentiated: fit it without gradients")

@@ -1,7 +1,7 @@
 """What a fit minimises, and its exact gradient: likelihood, prediction error, or error against the truth.
 
-Each is a mean, so that figures of more and of less data compare, and comes with the scores of every owner of tracks (a target,
-a run): what each adds to the gradient. From their spread standard errors follow.
+Each is a mean, so that figures of more and of less data compare, and comes with the scores of every owner of tracks (a
+target, a run): what each adds to the gradient. From their spread standard errors follow.
 """
 
 from __future__ import annotations
@@ -45,7 +45,9 @@ class Objective(Protocol):
 
 @dataclass(frozen=True)
 class Likelihood:
-    """−(1/n) Σ ln p(z), n the measured rows after the start of their track, without those that only repeat (`Tracks.new`)."""
+    """−(1/n) Σ ln p(z), n the measured rows after the start of their track, without those that only repeat
+    (`Tracks.new`).
+    """
 
     name: str = "likelihood"
 
@@ -75,7 +77,9 @@ def scored_rows(tracks: Tracks) -> float:
 
 @dataclass(frozen=True)
 class Prediction:
-    """Mean over families and measured components of ln RMSE(z − h(x predicted `ahead` scans before)), where rows count."""
+    """Mean over families and measured components of ln RMSE(z − h(x predicted `ahead` scans before)), where rows
+    count.
+    """
 
     ahead: int = 1
     name: str = "prediction"
@@ -101,12 +105,8 @@ class Prediction:
         elif self.ahead == 1:
             sums = _of_tracks(counts * np.nan_to_num(predicted_residual(filter, tracks)) ** 2, tracks)
         else:
-            raise ValueError(
-                f"ahead: is {self.ahead}; a filter without gradients is fitted on predictions of one scan"
-            )
-        return _from_sums(
-            sums, np.zeros((0, *sums.shape)), counts, tracks, [[c] for c in range(sums.shape[1])]
-        ).value
+            raise ValueError(f"ahead: is {self.ahead}; a filter without gradients is fitted on predictions of one scan")
+        return _from_sums(sums, np.zeros((0, *sums.shape)), counts, tracks, [[c] for c in range(sums.shape[1])]).value
 
 
 def predicted_residual(filter: Any, tracks: Tracks) -> Array:
@@ -125,8 +125,8 @@ def predicted_residual(filter: Any, tracks: Tracks) -> Array:
 class Tracking:
     """Mean over families and quantities (position, velocity, …) of ln RMSE against the truth, where rows count.
 
-    Per scan ("normalised") the RMSE of a quantity is the mean over scans of √(mean square over tracks): the normalised errors of
-    :func:`jink.metrics.normalised_error` where the measurements are as good in every scan.
+    Per scan ("normalised") the RMSE of a quantity is the mean over scans of √(mean square over tracks): the normalised
+    errors of :func:`jink.metrics.normalised_error` where the measurements are as good in every scan.
     """
 
     name: str = "tracking"
@@ -176,9 +176,7 @@ class Tracking:
             mean = np.where(used, root, 0.0).sum(axis=1) / used.sum(axis=1)
             value += float(np.log(mean).mean()) / len(parts)
             each = 0.5 / (root * np.maximum(n, 1.0).reshape(root.shape) * (mean * used.sum(axis=1))[:, None])
-            weight[:, columns] = (each.reshape(-1)[place] / (families * len(parts)))[:, None] * counts[
-                :, columns
-            ]
+            weight[:, columns] = (each.reshape(-1)[place] / (families * len(parts)))[:, None] * counts[:, columns]
         return value, weight, float(counts.sum())
 
 
@@ -209,9 +207,7 @@ def _of_tracks(rows: Array, tracks: Tracks) -> Array:
     return np.diff(np.vstack([np.zeros(rows.shape[1]), np.cumsum(rows, axis=0)])[tracks.offsets], axis=0)
 
 
-def _from_sums(
-    sums: Array, slope: Array, counts: Array, tracks: Tracks, parts: list[list[int]]
-) -> Evaluation:
+def _from_sums(sums: Array, slope: Array, counts: Array, tracks: Tracks, parts: list[list[int]]) -> Evaluation:
     """ln RMSE of squared sums (B, c) with slopes (P, B, c), meant over families and parts of the columns."""
     n, family = _of_tracks(counts, tracks), _family(tracks)
     families = int(family.max()) + 1

@@ -28,8 +28,9 @@ LOOSE, CLOSE = 0.05, 0.002  # of the total log-likelihood: a step that gains les
 class State:
     """Where a search stands: what a checkpoint keeps.
 
-    stage: batches done; begin: where the stage under way began; told: what this stage's evaluations gave, value and slope each. A
-    search that is taken up goes the same way again from ``begin``, without evaluating what was told, and on from there.
+    stage: batches done; begin: where the stage under way began; told: what this stage's evaluations gave, value and
+    slope each. A search that is taken up goes the same way again from ``begin``, without evaluating what was told, and
+    on from there.
     """
 
     stage: int = 0
@@ -138,9 +139,7 @@ class Search:
         last = stage + 1 == stages and steps == LONG
         rows = max(float(np.isfinite(tracks.z).any(axis=1).sum()), 1.0)
         close = (CLOSE if last else LOOSE) / rows
-        first: list[
-            float
-        ] = []  # the figure where it begins: what is minimised starts from 0, so that ftol is absolute
+        first: list[float] = []  # the figure where it begins: what is minimised starts from 0, so that ftol is absolute
 
         def figure(u: Array) -> tuple[float, Array]:
             value, slope = self._evaluated(u, tracks, words, stage, stages)
@@ -148,10 +147,13 @@ class Search:
             return value - first[0], slope
 
         minimize(
-            figure, begin, jac=True, method="L-BFGS-B",
+            figure,
+            begin,
+            jac=True,
+            method="L-BFGS-B",
             bounds=list(zip(start - FARTHEST, start + FARTHEST, strict=True)),
             options={"maxiter": steps, "ftol": close, "gtol": 1e-6, "maxls": 20},
-        )  # fmt: skip
+        )
 
     def _evolve(self, begin: Array, tracks: Tracks, words: str, stage: int, stages: int) -> None:
         """CMA-ES, for figures without a gradient; of one parameter golden section.
@@ -173,9 +175,7 @@ class Search:
             asked = strategy.ask()
             strategy.tell(asked, [figure(u) for u in asked])
 
-    def _evaluated(
-        self, u: Array, tracks: Tracks, words: str, stage: int, stages: int
-    ) -> tuple[float, Array]:
+    def _evaluated(self, u: Array, tracks: Tracks, words: str, stage: int, stages: int) -> tuple[float, Array]:
         def anew() -> list[float]:
             found = self.objective.evaluate(self.parameters, u, tracks)
             away = u - self.parameters.start
@@ -196,10 +196,10 @@ class Search:
         value = self._told(u, anew, words, stage, stages)[0]
         return value if np.isfinite(value) else self.state.value + 1e3
 
-    def _told(
-        self, u: Array, anew: Callable[[], list[float]], words: str, stage: int, stages: int
-    ) -> list[float]:
-        """What the figure is at u, as a search that was taken up was told before, or anew; [inf] where it is no number."""
+    def _told(self, u: Array, anew: Callable[[], list[float]], words: str, stage: int, stages: int) -> list[float]:
+        """What the figure is at u, as a search that was taken up was told before, or anew; [inf] where it is no
+        number.
+        """
         state, fresh = self.state, self._place >= len(self.state.told)
         if fresh:
             try:

@@ -1,4 +1,6 @@
-"""Fits of several filters on the same data, some at a time, in processes of their own, each with its share of the time left."""
+"""Fits of several filters on the same data, some at a time, in processes of their own, each with its share of the time
+left.
+"""
 
 from __future__ import annotations
 
@@ -48,9 +50,11 @@ def run_jobs(
     workers: int = 1,
     progress: Report | None = None,
 ) -> tuple[dict[str, Outcome], bool]:
-    """Outcomes by name, and whether it was interrupted. A job gets (time left) × workers / (jobs left); deadline on the monotonic clock.
+    """Outcomes by name, and whether it was interrupted. A job gets (time left) × workers / (jobs left); deadline on the
+    monotonic clock.
 
-    With one worker jobs run in this process. Ctrl-C ends the running fits, which keep the best so far, and begins no other.
+    With one worker jobs run in this process. Ctrl-C ends the running fits, which keep the best so far, and begins no
+    other.
     """
     if workers <= 1:
         return _one_by_one(jobs, tracks, objective, seed, deadline, progress)
@@ -108,8 +112,14 @@ def _one_by_one(
 
 
 def _in_processes(
-    jobs: Sequence[Job], tracks: Tracks, objective: Objective, seed: int, deadline: float, workers: int, progress: Report | None
-) -> tuple[dict[str, Outcome], bool]:  # fmt: skip
+    jobs: Sequence[Job],
+    tracks: Tracks,
+    objective: Objective,
+    seed: int,
+    deadline: float,
+    workers: int,
+    progress: Report | None,
+) -> tuple[dict[str, Outcome], bool]:
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 

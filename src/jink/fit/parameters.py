@@ -24,8 +24,8 @@ STEP = 2e-3
 class Parameters:
     """The numbers of a filter that are fitted, as one vector u; the others stay as they are.
 
-    free, fixed: patterns of names ("*.acceleration_psd"); free ones are fitted though they usually are not, fixed ones are
-    not. Errors: ValueError if a pattern names nothing, or nothing is left to fit.
+    free, fixed: patterns of names ("*.acceleration_psd"); free ones are fitted though they usually are not, fixed ones
+    are not. Errors: ValueError if a pattern names nothing, or nothing is left to fit.
     """
 
     def __init__(self, filter: Any, *, free: Sequence[str] = (), fixed: Sequence[str] = ()) -> None:
@@ -34,9 +34,7 @@ class Parameters:
         self.all_names = known = [name for part in found for name in part.names]
         for pattern in (*free, *fixed):
             if not self.known(pattern):
-                raise ValueError(
-                    f"{pattern!r} names no number of this filter; they are {', '.join(known) or 'none'}"
-                )
+                raise ValueError(f"{pattern!r} names no number of this filter; they are {', '.join(known) or 'none'}")
         self.parts: list[Part] = [part for part in found if _wanted(part.names, free, fixed)]
         if not self.parts:
             raise ValueError(f"nothing is left to fit; numbers of this filter: {', '.join(known) or 'none'}")

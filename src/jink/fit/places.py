@@ -1,4 +1,6 @@
-"""Every number of a filter's description that can be fitted: of motion models and what adapts them, sensors, chains, settings."""
+"""Every number of a filter's description that can be fitted: of motion models and what adapts them, sensors, chains,
+settings.
+"""
 
 from __future__ import annotations
 
@@ -98,14 +100,8 @@ def _residual(body: dict[str, Any]) -> float:
 def _levels(motions: Sequence[dict[str, Any]], path: Path) -> Iterator[Together]:
     """One number for all of many modes: the levels of a bank keep their proportions."""
     for field, value in motions[0].items():
-        if (
-            _scale(field) == "log"
-            and all(isinstance(m.get(field), int | float) for m in motions)
-            and value > 0
-        ):
-            yield Together(
-                f"levels.{field}", tuple((*path, "motions", j, field) for j in range(len(motions)))
-            )
+        if _scale(field) == "log" and all(isinstance(m.get(field), int | float) for m in motions) and value > 0:
+            yield Together(f"levels.{field}", tuple((*path, "motions", j, field) for j in range(len(motions))))
 
 
 def _numbers(part: dict[str, Any], path: Path, owner: str) -> Iterator[Number]:

@@ -1,13 +1,14 @@
-"""Does the filter believe what it should where targets stand, fly straight, turn and climb? NIS by part of the held-out tracks.
+"""Does the filter believe what it should where targets stand, fly straight, turn and climb? NIS by part of the held-out
+tracks.
 
-Which part a row is in is read off the positions around it (measured, or true where the truth is known), not off any filter:
-from those `REACH` before and after,
+Which part a row is in is read off the positions around it (measured, or true where the truth is known), not off any
+filter: from those `REACH` before and after,
 
     v₁ = (p(t) − p(t − W)) / W,   v₂ = (p(t + W) − p(t)) / W,   v = (v₁ + v₂) / 2
 
-standing: |v| below `STANDING`; turning: the course of v₂ lies `TURNING` or more from that of v₁; climbing (or descending):
-vertically `CLIMBING` of the speed or more; straight: what remains. Nothing counts as motion, turn or climb that is not beyond
-`NOISE` of its own standard deviations. Ends of tracks and gaps are in no part.
+standing: |v| below `STANDING`; turning: the course of v₂ lies `TURNING` or more from that of v₁; climbing (or
+descending): vertically `CLIMBING` of the speed or more; straight: what remains. Nothing counts as motion, turn or climb
+that is not beyond `NOISE` of its own standard deviations. Ends of tracks and gaps are in no part.
 """
 
 from __future__ import annotations
@@ -52,15 +53,13 @@ def shares(filter: Any, tracks: Tracks) -> list[PartShare]:
     """NIS of a filter by part of tracks whose measurements are positions; none of other measurements.
 
     A component that repeats the reading before it exactly is left out of its row's NIS: a position at rest that is sent
-    again, a height in steps of 25 ft in level flight are no test of the filter, their innovation is zero whatever it believes.
-    Standard errors are over owners.
+    again, a height in steps of 25 ft in level flight are no test of the filter, their innovation is zero whatever it
+    believes. Standard errors are over owners.
     """
     if not measures_positions(filter) or tracks.z.shape[1] < 2:
         return []
     part = parts(tracks, np.nanmedian(np.einsum("nii->ni", _noise(filter, tracks)), axis=0))
-    owner = (
-        np.arange(len(tracks)) if tracks.owner is None else np.unique(tracks.owner, return_inverse=True)[1]
-    )
+    owner = np.arange(len(tracks)) if tracks.owner is None else np.unique(tracks.owner, return_inverse=True)[1]
     of_row = owner[tracks.of_row]
     nis, dof = innovations(filter, tracks)
     counted = dof > 0 if tracks.counts is None else (dof > 0) & tracks.counts
@@ -80,16 +79,16 @@ def measures_positions(filter: Any) -> bool:
 def _share(name: str, nis: Array, dof: np.ndarray, owner: np.ndarray) -> PartShare:
     within = inside(nis, dof.astype(float)) == 1
     _, group = np.unique(owner, return_inverse=True)
-    value, influence = ratio_influence(
-        np.bincount(group, within).astype(float), np.bincount(group).astype(float)
-    )
+    value, influence = ratio_influence(np.bincount(group, within).astype(float), np.bincount(group).astype(float))
     below = ~within & (nis < dof)
     figure = Figure(value, spread(influence) if len(influence) > 1 else math.nan)
     return PartShare(name, len(nis), figure, float(below.mean()), float((~within & ~below).mean()))
 
 
 def innovations(filter: Any, tracks: Tracks) -> tuple[Array, np.ndarray]:
-    """NIS (N,) of the components that do not repeat, νᵀ S⁻¹ ν, and how many these are (0: none, or the track only begins)."""
+    """NIS (N,) of the components that do not repeat, νᵀ S⁻¹ ν, and how many these are (0: none, or the track only
+    begins).
+    """
     nis, dof = np.zeros(tracks.rows), np.zeros(tracks.rows, int)
     for some in _pieces(tracks):
         rows = slice(int(tracks.offsets[some[0]]), int(tracks.offsets[some[-1] + 1]))
@@ -126,7 +125,9 @@ def _noise(filter: Any, tracks: Tracks) -> Array:
 
 
 def parts(tracks: Tracks, variance: Array) -> np.ndarray:
-    """Index into `PARTS` of every row, −1 where the positions around it do not tell; variance (m,) of a measured position."""
+    """Index into `PARTS` of every row, −1 where the positions around it do not tell; variance (m,) of a measured
+    position.
+    """
     steps = np.diff(tracks.time)
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 1.0
     reach = max(REACH, STEPS * usual)
@@ -153,7 +154,9 @@ def _positions(tracks: Tracks, noise: Array) -> tuple[Array, Array]:
 
 
 def _around(tracks: Tracks, position: Array, shift: float, reach: float) -> Array:
-    """Positions (N, m) at each row's time plus shift, on the line between the known ones next to it; NaN in gaps over reach."""
+    """Positions (N, m) at each row's time plus shift, on the line between the known ones next to it; NaN in gaps over
+    reach.
+    """
     out = np.full(position.shape, np.nan)
     for first, end in zip(tracks.offsets[:-1], tracks.offsets[1:], strict=True):
         time = tracks.time[first:end]

@@ -38,9 +38,9 @@ JUDGED = {
 
 @dataclass(kw_only=True)
 class Fit:
-    """filter: the fitted one; start: where it began, under its name; u, sd (P,) of the parameters' scales; figures of the
-    objective on the training data before and after; race on data held out; parts: NIS by part of held-out tracks, before and
-    after; warnings; partial: cut short, interrupted: by Ctrl-C."""
+    """filter: the fitted one; start: where it began, under its name; u, sd (P,) of the parameters' scales; figures of
+    the objective on the training data before and after; race on data held out; parts: NIS by part of held-out tracks,
+    before and after; warnings; partial: cut short, interrupted: by Ctrl-C."""
 
     filter: Any
     start: Any
@@ -64,9 +64,17 @@ class Fit:
 
     @classmethod
     def made(
-        cls, training: Training, name: str, start: Any, parameters: Parameters, objective: Objective, tracks: Tracks,
-        found: Found, *, seed: int,
-    ) -> Fit:  # fmt: skip
+        cls,
+        training: Training,
+        name: str,
+        start: Any,
+        parameters: Parameters,
+        objective: Objective,
+        tracks: Tracks,
+        found: Found,
+        *,
+        seed: int,
+    ) -> Fit:
         """Check a search's result on the data held out."""
         filter = parameters.filter(found.u)
         sd = np.full(len(parameters), np.nan)
@@ -82,15 +90,32 @@ class Fit:
             race.entrants[START], race.tallies[START] = race.entrants["imm"], race.tallies["imm"]
             del race.entrants["imm"], race.tallies["imm"]
         fit = cls(
-            filter=filter, start=start, name=name, parameters=parameters, u=found.u, sd=sd, objective=objective.name,
-            before=objective.value(start, tracks), after=found.value, race=race, training=training.words, held_out=training.held_out,
+            filter=filter,
+            start=start,
+            name=name,
+            parameters=parameters,
+            u=found.u,
+            sd=sd,
+            objective=objective.name,
+            before=objective.value(start, tracks),
+            after=found.value,
+            race=race,
+            training=training.words,
+            held_out=training.held_out,
             record={
-                "scenario": training.name, "kind": training.purpose.kind, "seed": seed, "runs": training.runs, "apart": training.apart,
+                "scenario": training.name,
+                "kind": training.purpose.kind,
+                "seed": seed,
+                "runs": training.runs,
+                "apart": training.apart,
                 "noise": "the sensor's" if tracks.covariance is None else "of each row",
             },
-            evaluations=found.evaluations, seconds=found.seconds, partial=found.partial, interrupted=found.interrupted,
+            evaluations=found.evaluations,
+            seconds=found.seconds,
+            partial=found.partial,
+            interrupted=found.interrupted,
             parts={START: shares(start, training.held_out), FITTED: shares(filter, training.held_out)},
-        )  # fmt: skip
+        )
         fit.warnings = warnings_of(fit, training, tracks) + stumbles(found, filter)
         return fit
 
@@ -134,24 +159,36 @@ class Fit:
 
     @property
     def gain(self) -> bool:
-        """Do the paired intervals say that the fitted filter is better than it was, in what it was fitted for, and not worse?"""
+        """Do the paired intervals say that the fitted filter is better than it was, in what it was fitted for, and not
+        worse?
+        """
         found = [self.race.compare(FITTED, START, metric).verdict for metric in self.judged]
         return "better" in found and "worse" not in found
 
     def save(self, path: str | Path) -> None:
-        """Write the fitted filter, with what it was fitted on, for ``jink.load``, ``jink track --filter``, ``jink compare``."""
-        self.filter.save(
-            path, fitted={**self.record, "objective": self.objective, "parameters": self.table()}
-        )
+        """Write the fitted filter, with what it was fitted on, for ``jink.load``, ``jink track --filter``, ``jink
+        compare``.
+        """
+        self.filter.save(path, fitted={**self.record, "objective": self.objective, "parameters": self.table()})
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, as ``--json`` writes them."""
         return {
-            "training": self.training, "filter": self.name, "objective": self.objective, "before": self.before,
-            "after": self.after, "parameters": self.table(), "gain": self.gain, "verdicts": self.verdicts(),
-            "warnings": self.warnings, "partial": self.partial, "evaluations": self.evaluations, "seconds": self.seconds,
-            "held_out": self.race.as_dict(), "nis_by_part": {name: [s.as_dict() for s in found] for name, found in self.parts.items()},
-        }  # fmt: skip
+            "training": self.training,
+            "filter": self.name,
+            "objective": self.objective,
+            "before": self.before,
+            "after": self.after,
+            "parameters": self.table(),
+            "gain": self.gain,
+            "verdicts": self.verdicts(),
+            "warnings": self.warnings,
+            "partial": self.partial,
+            "evaluations": self.evaluations,
+            "seconds": self.seconds,
+            "held_out": self.race.as_dict(),
+            "nis_by_part": {name: [s.as_dict() for s in found] for name, found in self.parts.items()},
+        }
 
 
 WORDS = {
@@ -185,9 +222,7 @@ def stumbles(found: Found, filter: Any) -> list[str]:
         said.append("this filter has no gradient: fitted by CMA-ES, without intervals of its parameters")
     first, count = found.stumbled
     if count:
-        said.append(
-            f"{count} of {found.evaluations} places that were looked at give no number, the first: {first}"
-        )
+        said.append(f"{count} of {found.evaluations} places that were looked at give no number, the first: {first}")
     return said
 
 
@@ -209,9 +244,7 @@ def warnings_of(fit: Fit, training: Training, tracks: Tracks) -> list[str]:
     if fit.partial:
         said.append("cut short: these are the best parameters so far")
     said += _consistency(fit)
-    if "imm" in fit.race.tallies and any(
-        fit.race.compare(FITTED, "imm", m).verdict == "worse" for m in fit.judged[:1]
-    ):
+    if "imm" in fit.race.tallies and any(fit.race.compare(FITTED, "imm", m).verdict == "worse" for m in fit.judged[:1]):
         said.append("the default IMM, not fitted, is better on held-out data: fit that one (--filter imm)")
     if not fit.gain:
         worse = any(fit.race.compare(FITTED, START, m).verdict == "worse" for m in fit.judged)
@@ -227,9 +260,7 @@ def _consistency(fit: Fit) -> list[str]:
     return [
         line
         for s in told
-        for line in _believes(
-            f" of {s.part} parts", s.inside.value, s.inside.value > BAND[1] or s.below > s.above
-        )
+        for line in _believes(f" of {s.part} parts", s.inside.value, s.inside.value > BAND[1] or s.below > s.above)
     ]
 
 
@@ -239,7 +270,5 @@ def _believes(where: str, inside: float, too_little: bool) -> list[str]:
         return []
     words = f"{100 * inside:.1f}% of the held-out NIS{where} lie inside their 95% band"
     if too_little:
-        return [
-            f"under-confident: {words}, most of the others below; errors are smaller than the filter believes"
-        ]
+        return [f"under-confident: {words}, most of the others below; errors are smaller than the filter believes"]
     return [f"over-confident: {words}, most of the others above; errors are larger than the filter believes"]

@@ -1,6 +1,7 @@
 """Scales on which every value of a number is allowed, and where in a filter's description the number stands.
 
-positive σ: u = ln σ;   of either sign: u = value / unit;   probability p: u = ln p/(1 − p);   rows that sum to one: uⱼ = ln pⱼ/p_ref
+positive σ: u = ln σ;   of either sign: u = value / unit;   probability p: u = ln p/(1 − p);   rows that sum to one: uⱼ
+= ln pⱼ/p_ref
 """
 
 from __future__ import annotations
@@ -17,7 +18,9 @@ Path = tuple[str | int, ...]
 
 
 class Part(Protocol):
-    """size elements of u, one name each, read from a description's body and written to it; values in their own units."""
+    """size elements of u, one name each, read from a description's body and written to it; values in their own
+    units.
+    """
 
     @property
     def size(self) -> int: ...
@@ -154,7 +157,9 @@ class Together:
 
 @dataclass(frozen=True)
 class Stay:
-    """The probability to stay in the first of many modes; the other rows' chances to leave keep their proportions to its."""
+    """The probability to stay in the first of many modes; the other rows' chances to leave keep their proportions to
+    its.
+    """
 
     name: str
     path: Path

@@ -1,4 +1,6 @@
-"""Which filter fits these targets best? Candidates fitted in parallel within a budget, ranked on held-out data, the best explained."""
+"""Which filter fits these targets best? Candidates fitted in parallel within a budget, ranked on held-out data, the
+best explained.
+"""
 
 from __future__ import annotations
 
@@ -24,16 +26,15 @@ from .parallel import Job, Outcome, run_jobs
 from .parameters import Parameters
 from .result import JUDGED, Fit
 
-MARK = (
-    " fitted"  # after a candidate's name in the race, where the filters of that name as they are run as well
-)
+MARK = " fitted"  # after a candidate's name in the race, where the filters of that name as they are run as well
 KEPT = 0.3  # of the budget is for the race and the best one's standard errors
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ranked:
-    """One candidate: score on held-out data (smaller is better), how far behind the best in what was fitted for, parameters.
+    """One candidate: score on held-out data (smaller is better), how far behind the best in what was fitted for,
+    parameters.
 
     partial: its fit was cut short.
     """
@@ -55,7 +56,9 @@ class Ranked:
 
 @dataclass(kw_only=True)
 class Search:
-    """ranked, the best first; fit: the best one's, as :func:`jink.fit.fit` returns it; left: who was not tried and why."""
+    """ranked, the best first; fit: the best one's, as :func:`jink.fit.fit` returns it; left: who was not tried and
+    why.
+    """
 
     ranked: list[Ranked]
     fit: Fit
@@ -69,16 +72,24 @@ class Search:
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, as ``--json`` writes them."""
         return {
-            "best": self.ranked[0].name, "explanation": self.explanation, "partial": self.partial, "seconds": self.seconds,
+            "best": self.ranked[0].name,
+            "explanation": self.explanation,
+            "partial": self.partial,
+            "seconds": self.seconds,
             "search": [
                 {
-                    "filter": r.name, "parameters": r.parameters, "training": r.training, **r.figures, "cut_short": r.partial,
+                    "filter": r.name,
+                    "parameters": r.parameters,
+                    "training": r.training,
+                    **r.figures,
+                    "cut_short": r.partial,
                     "behind": {m: {"low": c.low, "high": c.high, "verdict": c.verdict} for m, c in r.behind.items()},
                 }
                 for r in self.ranked
             ],
-            "not_tried": self.left, **{"fit": self.fit.as_dict()},
-        }  # fmt: skip
+            "not_tried": self.left,
+            **{"fit": self.fit.as_dict()},
+        }
 
 
 def search(
@@ -95,9 +106,9 @@ def search(
 ) -> Search:
     """Fit the candidates (all, or those of ``names``), race them on the data held out, and explain the best.
 
-    minutes: budget of it all; each candidate gets an equal share of what is left, and those cut short say so. workers: processes
-    at once; 1 runs in this one. Ctrl-C ranks what is done. Errors: InputError for unknown names, KeyboardInterrupt before anything
-    is done.
+    minutes: budget of it all; each candidate gets an equal share of what is left, and those cut short say so. workers:
+    processes at once; 1 runs in this one. Ctrl-C ranks what is done. Errors: InputError for unknown names,
+    KeyboardInterrupt before anything is done.
     """
     began = clock.monotonic()
     end = began + 60.0 * minutes if minutes is not None else math.inf
@@ -113,24 +124,24 @@ def search(
     if not done:
         if interrupted:
             raise KeyboardInterrupt
-        raise InputError(
-            "no candidate could be fitted: " + "; ".join(f"{n}: {why}" for n, why in left.items())
-        )
+        raise InputError("no candidate could be fitted: " + "; ".join(f"{n}: {why}" for n, why in left.items()))
     entrants = [_entrant(name, starts[name][1], outcome) for name, outcome in done.items()]
     race = training.check(entrants)
-    ranked = ranking(
-        race, {name: (outcome.found, starts[name][1]) for name, outcome in done.items()}, objective.name
-    )
+    ranked = ranking(race, {name: (outcome.found, starts[name][1]) for name, outcome in done.items()}, objective.name)
     best = ranked[0].name
     start, parameters = starts[best]
     found = done[best].found
     assert found is not None
     fit = Fit.made(training, best, start, parameters, objective, training.tracks, found, seed=seed)
     made = Search(
-        ranked=ranked, fit=fit, race=race, left=left, seconds=clock.monotonic() - began,
+        ranked=ranked,
+        fit=fit,
+        race=race,
+        left=left,
+        seconds=clock.monotonic() - began,
         partial=interrupted or any(r.partial for r in ranked) or why in left.values(),
         interrupted=interrupted,
-    )  # fmt: skip
+    )
     made.explanation = explained(made, objective.name)
     return made
 
@@ -164,9 +175,7 @@ def _jobs(
             left[candidate.name] = "needs a plane, and here each axis is filtered by itself"
             continue
         if training.tracks.rows < 10 * len(parameters):
-            left[candidate.name] = (
-                f"{training.tracks.rows} rows are too few for its {len(parameters)} parameters"
-            )
+            left[candidate.name] = f"{training.tracks.rows} rows are too few for its {len(parameters)} parameters"
             continue
         starts[candidate.name] = (start, parameters)
     nothing = [pattern for pattern in (*free, *fixed) if pattern not in named]
@@ -216,10 +225,15 @@ def ranking(race: Race, done: dict[str, tuple[Found | None, Parameters]], object
         )
         out.append(
             Ranked(
-                name=name, parameters=len(parameters), training=found.value, score=scores[name][0],
-                figures=scores[name][1], behind=behind, partial=found.partial,
+                name=name,
+                parameters=len(parameters),
+                training=found.value,
+                score=scores[name][0],
+                figures=scores[name][1],
+                behind=behind,
+                partial=found.partial,
             )
-        )  # fmt: skip
+        )
     return out
 
 
@@ -227,9 +241,7 @@ def explained(made: Search, objective: str) -> list[str]:
     """Why the best one, in plain words: what each of its parts gains, and who does as well with less."""
     best, others = made.ranked[0], made.ranked[1:]
     parts = CANDIDATES[best.name].parts
-    lines = [
-        f"{best.name} is the best of {len(made.ranked)} on held-out data: {_listed([WORDS[p] for p in parts])}."
-    ]
+    lines = [f"{best.name} is the best of {len(made.ranked)} on held-out data: {_listed([WORDS[p] for p in parts])}."]
     for part in parts:
         without = next((r for r in others if part not in CANDIDATES[r.name].parts), None)
         if without is not None and len(parts) > 1:
@@ -239,12 +251,14 @@ def explained(made: Search, objective: str) -> list[str]:
     if simpler:
         least = min(simpler, key=lambda r: r.parameters)
         lines.append(
-            f"{least.name} is not told apart from it, with {least.parameters} parameters instead of {best.parameters}: the simpler choice."
+            f"{least.name} is not told apart from it, with {least.parameters} parameters instead of "
+            f"{best.parameters}: the simpler choice."
         )
     if others and not others[0].worse and others[0] not in simpler:
         lines.append(f"{others[0].name} is not told apart from it either: {differences(others[0])}.")
     lines.append(
-        f"The best of {len(made.ranked)} on the same data looks a little better than it is; its parameters were fitted on other data."
+        f"The best of {len(made.ranked)} on the same data looks a little better than it is; its parameters were "
+        "fitted on other data."
     )
     return lines
 

@@ -1,4 +1,6 @@
-"""Filters against the truth that a file of measurements has in further columns: errors beside what a race without truth says."""
+"""Filters against the truth that a file of measurements has in further columns: errors beside what a race without truth
+says.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""How sure a fit is of its parameters: standard errors from the curvature of the figure and the spread of its scores."""
+"""How sure a fit is of its parameters: standard errors from the curvature of the figure and the spread of its
+scores.
+"""
 
 from __future__ import annotations
 
@@ -27,9 +29,9 @@ def standard_errors(
 ) -> Uncertainty:
     """cov(u) = H⁻¹ (Σ s sᵀ) H⁻¹, H the figure's Hessian (differences of the exact gradient), s the owners' scores at u.
 
-    Right even where the filter is not the true model and the rows of an owner depend on one another; with fewer than ten
-    owners the likelihood's H⁻¹/n instead. Directions in which the figure does not curve upwards have infinite errors.
-    Source: Huber, Proc. Fifth Berkeley Symposium 1, 1967; White, Econometrica 50(1), 1982.
+    Right even where the filter is not the true model and the rows of an owner depend on one another; with fewer than
+    ten owners the likelihood's H⁻¹/n instead. Directions in which the figure does not curve upwards have infinite
+    errors. Source: Huber, Proc. Fifth Berkeley Symposium 1, 1967; White, Econometrica 50(1), 1982.
     """
     some = _some(tracks, seed)
     share = some.rows / tracks.rows

@@ -30,9 +30,7 @@ def read_times(where: str, series: pl.Series, unit: float | None, time_unit: str
     if series.dtype in (pl.Categorical, pl.Enum):
         series = series.cast(pl.String)
     if isinstance(series.dtype, pl.Datetime) or series.dtype == pl.Date:
-        return Times(
-            _epoch_seconds(series.cast(pl.Datetime("us", getattr(series.dtype, "time_zone", None)))), True, []
-        )
+        return Times(_epoch_seconds(series.cast(pl.Datetime("us", getattr(series.dtype, "time_zone", None)))), True, [])
     if series.dtype in (pl.Duration, pl.Time):
         return Times(
             series.cast(pl.Int64).cast(pl.Float64).fill_null(float("nan")).to_numpy() * _tick(series.dtype),

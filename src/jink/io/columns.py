@@ -18,48 +18,133 @@ from .errors import InputError
 
 FOOT, MILE, KNOT, DEGREE = 0.3048, 1852.0, 1852.0 / 3600.0, 0.017453292519943295
 LENGTH = {
-    "m": 1.0, "metre": 1.0, "metres": 1.0, "meter": 1.0, "meters": 1.0, "km": 1000.0, "ft": FOOT,
+    "m": 1.0,
+    "metre": 1.0,
+    "metres": 1.0,
+    "meter": 1.0,
+    "meters": 1.0,
+    "km": 1000.0,
+    "ft": FOOT,
     "feet": FOOT,
-    "foot": FOOT, "nmi": MILE, "nm": MILE, "mi": 1609.344, "yd": 0.9144, "fl": 100 * FOOT,
-}  # fmt: skip
+    "foot": FOOT,
+    "nmi": MILE,
+    "nm": MILE,
+    "mi": 1609.344,
+    "yd": 0.9144,
+    "fl": 100 * FOOT,
+}
 ANGLE = {
-    "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "rad": 1.0, "radian": 1.0, "radians": 1.0,
+    "deg": DEGREE,
+    "degree": DEGREE,
+    "degrees": DEGREE,
+    "rad": 1.0,
+    "radian": 1.0,
+    "radians": 1.0,
     "mrad": 1e-3,
-}  # fmt: skip
+}
 SPEED = {
-    "mps": 1.0, "ms": 1.0, "m_s": 1.0, "kt": KNOT, "kts": KNOT, "kn": KNOT, "knot": KNOT, "knots": KNOT,
-    "kmh": 1 / 3.6, "kph": 1 / 3.6, "km_h": 1 / 3.6, "mph": 0.44704,
-}  # fmt: skip
+    "mps": 1.0,
+    "ms": 1.0,
+    "m_s": 1.0,
+    "kt": KNOT,
+    "kts": KNOT,
+    "kn": KNOT,
+    "knot": KNOT,
+    "knots": KNOT,
+    "kmh": 1 / 3.6,
+    "kph": 1 / 3.6,
+    "km_h": 1 / 3.6,
+    "mph": 0.44704,
+}
 TIME = {
-    "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3,
+    "s": 1.0,
+    "sec": 1.0,
+    "secs": 1.0,
+    "second": 1.0,
+    "seconds": 1.0,
+    "ms": 1e-3,
+    "msec": 1e-3,
     "millis": 1e-3,
-    "us": 1e-6, "usec": 1e-6, "micros": 1e-6, "ns": 1e-9, "nanos": 1e-9,
-}  # fmt: skip
+    "us": 1e-6,
+    "usec": 1e-6,
+    "micros": 1e-6,
+    "ns": 1e-9,
+    "nanos": 1e-9,
+}
 
 # quantity and names of every role, the preferred name first
 ROLES: dict[str, tuple[Mapping[str, float], tuple[str, ...]]] = {
     "target": (
         {},
-        ("target", "target_id", "track_id", "tracknumber", "track_number", "flight_id", "icao24", "icao",
-         "hex",
-         "hexident", "mmsi", "callsign", "ident", "flight", "vessel_id", "vehicle_id", "object_id",
-         "device_id",
-         "trip_id", "tail", "registration", "imo", "id", "name"),
+        (
+            "target",
+            "target_id",
+            "track_id",
+            "tracknumber",
+            "track_number",
+            "flight_id",
+            "icao24",
+            "icao",
+            "hex",
+            "hexident",
+            "mmsi",
+            "callsign",
+            "ident",
+            "flight",
+            "vessel_id",
+            "vehicle_id",
+            "object_id",
+            "device_id",
+            "trip_id",
+            "tail",
+            "registration",
+            "imo",
+            "id",
+            "name",
+        ),
     ),
     "time": (
         TIME,
-        ("time", "timestamp", "t", "datetime", "date_time", "basedatetime", "base_date_time", "time_position",
-         "timeposition", "epoch", "unixtime", "unix_time", "utc", "ts", "time_utc", "timestamp_utc",
-         "gps_time",
-         "received_at"),
+        (
+            "time",
+            "timestamp",
+            "t",
+            "datetime",
+            "date_time",
+            "basedatetime",
+            "base_date_time",
+            "time_position",
+            "timeposition",
+            "epoch",
+            "unixtime",
+            "unix_time",
+            "utc",
+            "ts",
+            "time_utc",
+            "timestamp_utc",
+            "gps_time",
+            "received_at",
+        ),
     ),
     "latitude": (ANGLE, ("latitude", "lat", "position_latitude", "location_lat")),
     "longitude": (ANGLE, ("longitude", "lon", "lng", "long", "position_longitude", "location_long")),
     "altitude": (
         LENGTH,
-        ("altitude", "geoaltitude", "geo_altitude", "geom_altitude", "alt_geom", "baroaltitude",
-         "baro_altitude",
-         "alt_baro", "alt", "flight_level", "height", "elevation_above_sea", "ele"),
+        (
+            "altitude",
+            "geoaltitude",
+            "geo_altitude",
+            "geom_altitude",
+            "alt_geom",
+            "baroaltitude",
+            "baro_altitude",
+            "alt_baro",
+            "alt",
+            "flight_level",
+            "height",
+            "elevation_above_sea",
+            "ele",
+        ),
     ),
     "x": (LENGTH, ("x", "px", "pos_x", "position_x", "easting", "east", "measured_x")),
     "y": (LENGTH, ("y", "py", "pos_y", "position_y", "northing", "north", "measured_y")),
@@ -72,14 +157,24 @@ ROLES: dict[str, tuple[Mapping[str, float], tuple[str, ...]]] = {
     "nic": ({}, ("nic",)),
     "gva": ({}, ("gva",)),
     "source": ({}, ("source", "sensor", "sensor_id", "radar", "radar_id", "station", "sac_sic")),
-}  # fmt: skip
+}
 
 CUSTOMARY_UNIT = {
-    "alt_baro": FOOT, "alt_geom": FOOT, "flight_level": 100 * FOOT, "latitude": DEGREE, "longitude": DEGREE,
-    "gs": KNOT, "sog": KNOT, "groundspeed": KNOT, "speed_over_ground": KNOT, "geoaltitude": 1.0,
+    "alt_baro": FOOT,
+    "alt_geom": FOOT,
+    "flight_level": 100 * FOOT,
+    "latitude": DEGREE,
+    "longitude": DEGREE,
+    "gs": KNOT,
+    "sog": KNOT,
+    "groundspeed": KNOT,
+    "speed_over_ground": KNOT,
+    "geoaltitude": 1.0,
     "geo_altitude": 1.0,
-    "geom_altitude": 1.0, "baroaltitude": 1.0, "baro_altitude": 1.0,
-}  # fmt: skip
+    "geom_altitude": 1.0,
+    "baroaltitude": 1.0,
+    "baro_altitude": 1.0,
+}
 POSITIONS = {"geographic": ("latitude", "longitude"), "cartesian": ("x", "y"), "polar": ("range", "azimuth")}
 
 
@@ -121,9 +216,7 @@ def recognise(
             roles[role] = found
     position = _position(roles, given or {})
     if position is None:
-        raise InputError(
-            _missing(file, "position", names, ("latitude", "longitude", "x", "y", "range", "azimuth"))
-        )
+        raise InputError(_missing(file, "position", names, ("latitude", "longitude", "x", "y", "range", "azimuth")))
     if "time" not in roles:
         raise InputError(_missing(file, "time", names, ("time",)))
     used = {"target", "time", "speed", "source", *POSITIONS[position]}
@@ -196,11 +289,7 @@ def _position(roles: Mapping[str, Column], given: Iterable[str]) -> str | None:
 def _missing(file: str, what: str, names: Sequence[str], roles: Iterable[str]) -> str:
     looked = "; ".join(f"{role}: {', '.join(ROLES[role][1])}" for role in roles)
     example = "latitude=...,longitude=..." if what == "position" else f"{what}=..."
-    need = (
-        "a pair latitude and longitude, x and y, or range and azimuth"
-        if what == "position"
-        else f"a {what} column"
-    )
+    need = "a pair latitude and longitude, x and y, or range and azimuth" if what == "position" else f"a {what} column"
     return (
         f"{file}: {need} is needed and was not recognised.\n  Found: {_listed(names)}\n"
         f"  Looked for: {looked} "

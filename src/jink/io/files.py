@@ -93,9 +93,7 @@ def _decompress(path: Path, head: bytes) -> bytes:
             return _gunzip(path.read_bytes())
         return "\n".join(pl.read_lines(path)["line"].to_list()).encode()
     except (OSError, EOFError, zlib.error, pl.exceptions.PolarsError) as error:
-        raise InputError(
-            f"{path} is compressed and cannot be unpacked (truncated or damaged?): {error}"
-        ) from None
+        raise InputError(f"{path} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
 
 
 def _gunzip(packed: bytes) -> bytes:
@@ -125,8 +123,7 @@ def _from_bytes(file: str, content: bytes) -> Table:
         return Table(file, "json", text.names, text.read)
     if b"\x00" in content[:4096]:
         raise InputError(
-            f"{file} is a binary file of an unknown format; "
-            "CSV, Parquet, Arrow/Feather, JSON and JSON Lines are read"
+            f"{file} is a binary file of an unknown format; CSV, Parquet, Arrow/Feather, JSON and JSON Lines are read"
         )
     table = csv_text.CsvText(file, content)
     return Table(file, "csv", table.names, table.read)
@@ -155,9 +152,7 @@ def _columnar(file: str, source: Path | io.BytesIO, kind: str) -> Table:
             else:
                 frame = pl.read_ipc_stream(source, columns=list(wanted))
         except UNREADABLE as error:
-            raise InputError(
-                f"{file} is not a readable {kind} file (truncated or damaged?): {error}"
-            ) from None
+            raise InputError(f"{file} is not a readable {kind} file (truncated or damaged?): {error}") from None
         return frame.with_row_index("row"), unreadable()
 
     return Table(file, kind, names, read)

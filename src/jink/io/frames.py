@@ -78,9 +78,7 @@ def to_same(frame: pl.DataFrame, like: Any) -> Any:
             series = series.dt.replace_time_zone(None)
         elif kind == pl.Enum or kind == pl.Categorical:
             series = series.cast(pl.String)
-        columns[name] = (
-            series.to_numpy() if kind != pl.String and series.dtype != pl.String else series.to_list()
-        )
+        columns[name] = series.to_numpy() if kind != pl.String and series.dtype != pl.String else series.to_list()
     native = nw.from_dict(columns, backend=backend)
     for name in zoned:
         native = native.with_columns(nw.col(name).dt.replace_time_zone("UTC"))

@@ -21,9 +21,7 @@ from typing import Any
 
 import numpy as np
 
-EXCURSION = (
-    1e5  # m: a lone position this far out and back hangs beside the chain of legs instead of carrying it
-)
+EXCURSION = 1e5  # m: a lone position this far out and back hangs beside the chain of legs instead of carrying it
 
 
 @lru_cache(1)
@@ -84,9 +82,7 @@ class SiteFrame:
         convergence[good] = np.radians(_wrapped(np.asarray(back) + 180.0 - ahead))
         return latitude, longitude, convergence, altitude
 
-    def _from_space(
-        self, x: np.ndarray, y: np.ndarray, z: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _from_space(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         from pyproj import Transformer
 
         to_space = Transformer.from_pipeline("+proj=cart +ellps=WGS84")
@@ -151,10 +147,7 @@ def _excursions(latitude: np.ndarray, longitude: np.ndarray, start: np.ndarray) 
     inner = np.flatnonzero(~start[1:-1] & ~start[2:]) + 1
     if not inner.size:
         return away
-    rough = (
-        np.hypot(np.diff(latitude), _wrapped(np.diff(longitude)) * np.cos(np.radians(latitude[1:])))
-        * 111_000.0
-    )
+    rough = np.hypot(np.diff(latitude), _wrapped(np.diff(longitude)) * np.cos(np.radians(latitude[1:]))) * 111_000.0
     inner = inner[(rough[inner - 1] > EXCURSION) & (rough[inner] > EXCURSION)]
     if not inner.size:
         return away
@@ -167,9 +160,7 @@ def _excursions(latitude: np.ndarray, longitude: np.ndarray, start: np.ndarray) 
     return away
 
 
-def _lay(
-    latitude: np.ndarray, longitude: np.ndarray, start: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _lay(latitude: np.ndarray, longitude: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Positions and convergence of chained legs; each track starts from (0, 0), axes east and north."""
     if latitude.size < 2:
         return np.zeros(latitude.size), np.zeros(latitude.size), np.zeros(latitude.size)

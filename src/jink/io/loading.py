@@ -111,9 +111,7 @@ def _together(parts: list[Measurements], files: list[str]) -> Measurements:
             )
         if part.absolute != first.absolute:
             absolute, plain = (file, files[0]) if part.absolute else (files[0], file)
-            raise InputError(
-                f"{absolute} has dates and {plain} plain seconds; their times cannot be compared"
-            )
+            raise InputError(f"{absolute} has dates and {plain} plain seconds; their times cannot be compared")
     return Measurements(
         pl.concat([part.rows for part in parts], how="diagonal", rechunk=True),
         [frame for part in parts for frame in part.rejected],

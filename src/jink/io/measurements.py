@@ -62,9 +62,7 @@ NIC = {
 }
 GVA = {2: 45.0, 1: 150.0}
 RAYLEIGH_95 = math.sqrt(-2.0 * math.log(0.05))  # radius of the 95 % circle of a circular Gaussian of sd 1
-RAYLEIGH_NIC = math.sqrt(
-    -2.0 * math.log(1e-5)
-)  # NIC's radius is left once in 1e5 (the weakest integrity level, SIL 2)
+RAYLEIGH_NIC = math.sqrt(-2.0 * math.log(1e-5))  # NIC's radius is left once in 1e5 (the weakest integrity level, SIL 2)
 
 
 @dataclass
@@ -152,9 +150,7 @@ def _positions(
 
 def _targets(frame: pl.DataFrame, columns: Columns, default: str) -> tuple[pl.Series, list[str]]:
     if "target" not in columns.roles:
-        note = (
-            f"no identifier column was recognised: all rows are target {default!r} (or: --columns target=...)"
-        )
+        note = f"no identifier column was recognised: all rows are target {default!r} (or: --columns target=...)"
         return pl.repeat(default, frame.height, dtype=pl.String, eager=True).alias("target"), [note]
     series = frame[columns.roles["target"].name]
     if series.dtype.is_float():
@@ -191,8 +187,7 @@ def _unit(
         )
         unit = "feet" if feet else "metres"
         return FOOT if feet else 1.0, [
-            f"altitude in column {column.name!r} is taken as {unit} ({why}); "
-            "--altitude-unit ft|m says otherwise"
+            f"altitude in column {column.name!r} is taken as {unit} ({why}); --altitude-unit ft|m says otherwise"
         ]
     if name in ("azimuth", "elevation"):
         known = np.abs(value[np.isfinite(value)])
@@ -222,9 +217,7 @@ def _invalid(position: str, values: dict[str, np.ndarray], check: bool) -> list[
             found.append(("latitude beyond ±90°", np.abs(latitude) > 90.0))
             found.append(("longitude beyond ±360°", np.abs(longitude) > 180.0))
             found.append(("latitude and longitude exactly 0", (latitude == 0.0) & (longitude == 0.0)))
-            found.append(
-                ("latitude without longitude or the reverse", np.isnan(latitude) != np.isnan(longitude))
-            )
+            found.append(("latitude without longitude or the reverse", np.isnan(latitude) != np.isnan(longitude)))
         for name, value in values.items():
             found.append((f"{name} is beyond {FARTHEST:g}", np.abs(value) > FARTHEST))
         if position == "polar" and check:

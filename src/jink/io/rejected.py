@@ -9,9 +9,7 @@ import polars as pl
 SCHEMA = {"file": pl.String, "row": pl.UInt32, "target": pl.String, "reason": pl.String, "value": pl.String}
 
 
-def unreadable(
-    rows: Sequence[int] = (), reasons: Sequence[str] = (), values: Sequence[str] = ()
-) -> pl.DataFrame:
+def unreadable(rows: Sequence[int] = (), reasons: Sequence[str] = (), values: Sequence[str] = ()) -> pl.DataFrame:
     """Rows of one file that could not be read at all: number, reason, beginning of their text."""
     return pl.DataFrame(
         {"row": list(rows), "reason": list(reasons), "value": list(values)},

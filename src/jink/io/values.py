@@ -14,9 +14,7 @@ def numbers(series: pl.Series) -> tuple[np.ndarray, np.ndarray]:
         series = series.cast(pl.String)
     if series.dtype == pl.String:
         text = series.str.strip_chars()
-        empty = text.is_null() | text.str.to_lowercase().is_in(
-            ["", "na", "n/a", "nan", "null", "none", "-", "ground"]
-        )
+        empty = text.is_null() | text.str.to_lowercase().is_in(["", "na", "n/a", "nan", "null", "none", "-", "ground"])
         value = text.cast(pl.Float64, strict=False)
         bad = ~empty & (value.is_null() | value.is_nan())
         return value.fill_null(float("nan")).to_numpy(), bad.to_numpy()
@@ -30,6 +28,4 @@ def texts(series: pl.Series) -> pl.Series:
     try:
         return series.cast(pl.String)
     except pl.exceptions.PolarsError:
-        return pl.Series(
-            series.name, [None if value is None else str(value) for value in series], dtype=pl.String
-        )
+        return pl.Series(series.name, [None if value is None else str(value) for value in series], dtype=pl.String)

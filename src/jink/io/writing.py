@@ -17,9 +17,15 @@ import polars as pl
 from .errors import InputError
 
 FORMATS = {
-    ".parquet": "parquet", ".pq": "parquet", ".csv": "csv", ".jsonl": "jsonl", ".ndjson": "jsonl",
-    ".geojson": "geojson", ".arrow": "arrow", ".feather": "arrow",
-}  # fmt: skip
+    ".parquet": "parquet",
+    ".pq": "parquet",
+    ".csv": "csv",
+    ".jsonl": "jsonl",
+    ".ndjson": "jsonl",
+    ".geojson": "geojson",
+    ".arrow": "arrow",
+    ".feather": "arrow",
+}
 
 
 def format_of(path: Path) -> str:

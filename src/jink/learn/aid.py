@@ -24,9 +24,9 @@ from .mlp import fit_network
 class Seen:
     """What a filter saw and said at every scan, (B, S, axes) each.
 
-    innovation ν = z − x̂(t|t−1) (m) and its variance S; residual z − x̂(t|t); step x̂(t|t−1) − x̂(t|t); the estimate, and the
-    variance of the prediction, by quantity (position, velocity, acceleration); updated where a measurement was used; began where
-    the track started, or started again.
+    innovation ν = z − x̂(t|t−1) (m) and its variance S; residual z − x̂(t|t); step x̂(t|t−1) − x̂(t|t); the estimate,
+    and the variance of the prediction, by quantity (position, velocity, acceleration); updated where a measurement was
+    used; began where the track started, or started again.
     """
 
     innovation: Array
@@ -48,9 +48,11 @@ def watch(filter: Any, runs: Runs) -> Seen:
     z = np.full((B, S, 2, axes), np.nan)
     z[:, :, 1] = runs.z
     estimate = filter.filter(
-        np.repeat(runs.time.reshape(-1), 2), z.reshape(-1, axes), offsets=np.arange(B + 1) * 2 * S,
+        np.repeat(runs.time.reshape(-1), 2),
+        z.reshape(-1, axes),
+        offsets=np.arange(B + 1) * 2 * S,
         outputs=("x", "P", "status"),
-    )  # fmt: skip
+    )
     x = estimate.x.reshape(B, S, 2, -1)
     P = np.einsum("nii->ni", estimate.P).reshape(B, S, 2, -1)
     status = estimate.status.reshape(B, S, 2)[:, :, 1, None]
@@ -100,9 +102,7 @@ def unit_of(kind: str, corrects: Sequence[str], seen: Seen) -> Array:
     if kind == "titi-guney":
         return np.ones(shape)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.stack(
-            [np.sqrt(seen.S * seen.variance[c] / seen.variance["position"]) for c in corrects], axis=-1
-        )
+        return np.stack([np.sqrt(seen.S * seen.variance[c] / seen.variance["position"]) for c in corrects], axis=-1)
 
 
 def correction(corrector: Corrector, seen: Seen) -> dict[str, Array]:
@@ -127,9 +127,10 @@ def fit_corrector(
 ) -> Corrector:
     """A corrector of this filter for targets like those of the training runs.
 
-    model "anfis" (settings of :func:`jink.learn.anfis.fit_anfis`), "network" (those of :func:`jink.learn.mlp.fit_network`) or
-    "linear", the weighted sum of the inputs and a constant that both have to beat; inputs and corrects as in
-    :class:`jink.Corrector`; count, how many innovations. Errors: ValueError naming what does not fit.
+    model "anfis" (settings of :func:`jink.learn.anfis.fit_anfis`), "network" (those of
+    :func:`jink.learn.mlp.fit_network`) or "linear", the weighted sum of the inputs and a constant that both have to
+    beat; inputs and corrects as in :class:`jink.Corrector`; count, how many innovations. Errors: ValueError naming what
+    does not fit.
     """
     if inputs == "titi-guney" and count != 2:
         raise ValueError(f"count: expected 2 inputs for titi-guney, got {count}")
@@ -148,9 +149,15 @@ def fit_corrector(
         raise ValueError(f"model: expected anfis, network or linear, got {model!r}")
     low, high = u.min(axis=0), u.max(axis=0)
     return Corrector(
-        model=fitted, inputs=inputs, low=low.tolist(), high=np.maximum(high, low + 1e-9).tolist(), centre=centre.tolist(),
-        scale=scale.tolist(), output_scale=output_scale.tolist(), corrects=tuple(corrects),
-    )  # fmt: skip
+        model=fitted,
+        inputs=inputs,
+        low=low.tolist(),
+        high=np.maximum(high, low + 1e-9).tolist(),
+        centre=centre.tolist(),
+        scale=scale.tolist(),
+        output_scale=output_scale.tolist(),
+        corrects=tuple(corrects),
+    )
 
 
 def _pairs(seen: Seen, runs: Runs, inputs: str, count: int, corrects: Sequence[str]) -> tuple[Array, Array]:
@@ -177,7 +184,9 @@ def position_rms(filter: Any, runs: Runs, corrector: Corrector | None = None) ->
 
 
 def tuned_acceleration(training: Runs, slowness: float = 1.0) -> Kalman:
-    """The constant-acceleration filter with the least position error on the runs, its noise then divided by slowness."""
+    """The constant-acceleration filter with the least position error on the runs, its noise then divided by
+    slowness.
+    """
     sensor = Position(sd=training.sd, axes=training.axes)
 
     def made(q: float) -> Kalman:

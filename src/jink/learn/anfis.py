@@ -31,19 +31,18 @@ def fit_anfis(
 ) -> Anfis:
     """An ANFIS that maps u (N, inputs) to y (N, outputs), both scaled to about one.
 
-    functions: how many each input has, one number for all or one each; an input with a single one divides nothing, and takes part
-    in the consequents only. They are spread evenly over each input's range first. Each epoch of "hybrid" solves the consequents by ridge
-    least squares, min ‖y − Φ c‖² + ridge · N ‖c‖², and takes a gradient step in the memberships; "backpropagation" takes gradient
-    steps (Adam) in both. The epoch that does best on the validation pair is kept (without one, on the training pair).
-    Deterministic. Errors: ValueError for an unknown method, TypeError where y is not (N, outputs).
-    Source: Jang, IEEE Trans. SMC-23(3), 1993, §III; ridge because neighbouring inputs may be multiples of each other.
+    functions: how many each input has, one number for all or one each; an input with a single one divides nothing, and
+    takes part in the consequents only. They are spread evenly over each input's range first. Each epoch of "hybrid"
+    solves the consequents by ridge least squares, min ‖y − Φ c‖² + ridge · N ‖c‖², and takes a gradient step in the
+    memberships; "backpropagation" takes gradient steps (Adam) in both. The epoch that does best on the validation pair
+    is kept (without one, on the training pair). Deterministic. Errors: ValueError for an unknown method, TypeError
+    where y is not (N, outputs). Source: Jang, IEEE Trans. SMC-23(3), 1993, §III; ridge because neighbouring inputs may
+    be multiples of each other.
     """
     if method not in METHODS:
         raise ValueError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
     if not isinstance(functions, int) and len(functions) != u.shape[-1]:
-        raise ValueError(
-            f"functions: expected {u.shape[-1]} numbers, one for each input, got {len(functions)}"
-        )
+        raise ValueError(f"functions: expected {u.shape[-1]} numbers, one for each input, got {len(functions)}")
     if u.ndim != 2 or y.ndim != 2 or len(u) != len(y):
         raise TypeError(f"y: expected (N, outputs) with u (N, inputs), got {y.shape} and {u.shape}")
     counts = [functions] * u.shape[1] if isinstance(functions, int) else list(functions)

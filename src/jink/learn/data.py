@@ -20,8 +20,8 @@ SPLIT = (0.6, 0.2)  # shares for training and validation; the rest is for the te
 class Runs:
     """Measured positions with their truth: run b, scan k, axis a.
 
-    time (B, S) s; z, position, velocity, acceleration (B, S, axes) in SI units, NaN where missed or unknown; sd (m) of the
-    measurement; name says where they come from, numbers (B,) which runs of it they are.
+    time (B, S) s; z, position, velocity, acceleration (B, S, axes) in SI units, NaN where missed or unknown; sd (m) of
+    the measurement; name says where they come from, numbers (B,) which runs of it they are.
     """
 
     time: Array
@@ -48,9 +48,7 @@ class Runs:
 
     def take(self, which: np.ndarray | slice | list[int]) -> Runs:
         """Some of the runs, by their places."""
-        return replace(
-            self, **{name: getattr(self, name)[which] for name in ("time", "z", *TRUTHS, "numbers")}
-        )
+        return replace(self, **{name: getattr(self, name)[which] for name in ("time", "z", *TRUTHS, "numbers")})
 
     def along(self, axes: list[int]) -> Runs:
         """Some of the axes."""
@@ -60,9 +58,7 @@ class Runs:
         """Every axis as a run of its own, axis by axis: (axes · B, S, 1)."""
         wide = {name: getattr(self, name) for name in ("z", *TRUTHS)}
         apart = {name: np.concatenate([*np.moveaxis(v, 2, 0)])[..., None] for name, v in wide.items()}
-        return replace(
-            self, time=np.tile(self.time, (self.axes, 1)), numbers=np.tile(self.numbers, self.axes), **apart
-        )
+        return replace(self, time=np.tile(self.time, (self.axes, 1)), numbers=np.tile(self.numbers, self.axes), **apart)
 
     def split(self, seed: int = 0, shares: tuple[float, float] = SPLIT) -> tuple[Runs, Runs, Runs]:
         """Training, validation and test runs: whole runs, drawn at random.
@@ -85,8 +81,13 @@ TRUTHS = ("position", "velocity", "acceleration")
 
 
 def from_scenario(
-    scenario: str | Scenario, runs: int | list[int] | np.ndarray, seed: int, *, sensor: Any = None, interval: float | None = None
-) -> Runs:  # fmt: skip
+    scenario: str | Scenario,
+    runs: int | list[int] | np.ndarray,
+    seed: int,
+    *,
+    sensor: Any = None,
+    interval: float | None = None,
+) -> Runs:
     """Runs of a scenario seen by a position sensor (its own, or another noise in m).
 
     Errors: ValueError for an unknown scenario or one that is not seen by a position sensor of one sd.
@@ -102,13 +103,20 @@ def from_scenario(
         )
     s = found.simulate(runs, seed)
     return Runs(
-        time=s.time, z=s.z, position=s.truth.position, velocity=s.truth.velocity, acceleration=s.truth.acceleration,
-        sd=float(sd), name=f"{found.name}, {sd:g} m, seed {seed}", numbers=s.runs,
-    )  # fmt: skip
+        time=s.time,
+        z=s.z,
+        position=s.truth.position,
+        velocity=s.truth.velocity,
+        acceleration=s.truth.acceleration,
+        sd=float(sd),
+        name=f"{found.name}, {sd:g} m, seed {seed}",
+        numbers=s.runs,
+    )
 
 
 def from_tracks(tracks: Tracks, sd: float, name: str) -> Runs:
-    """Tracks laid end to end, with their truth, as runs of equally many scans: the shorter stand still at their last time, unseen.
+    """Tracks laid end to end, with their truth, as runs of equally many scans: the shorter stand still at their last
+    time, unseen.
 
     sd (m) of the measured positions. Errors: ValueError without a truth of positions.
     """
@@ -129,16 +137,22 @@ def from_tracks(tracks: Tracks, sd: float, name: str) -> Runs:
         return out
 
     return Runs(
-        time=tracks.time[at], z=np.where(there[..., None], tracks.z[at], np.nan), position=stood("p"), velocity=stood("v"),
-        acceleration=stood("a"), sd=positive("sd", sd), name=name, numbers=np.arange(len(tracks)),
-    )  # fmt: skip
+        time=tracks.time[at],
+        z=np.where(there[..., None], tracks.z[at], np.nan),
+        position=stood("p"),
+        velocity=stood("v"),
+        acceleration=stood("a"),
+        sd=positive("sd", sd),
+        name=name,
+        numbers=np.arange(len(tracks)),
+    )
 
 
 def from_file(path: str | os.PathLike[str], sd: float) -> Runs:
     """Runs of a table as ``jink simulate`` writes it: target, time, x (y, z), true_x, true_velocity_x, …
 
-    sd (m) is that of the measured positions, which the file does not say; accelerations may be missing. Errors: ValueError
-    naming the column that is.
+    sd (m) is that of the measured positions, which the file does not say; accelerations may be missing. Errors:
+    ValueError naming the column that is.
     """
     import polars as pl
 
@@ -149,7 +163,8 @@ def from_file(path: str | os.PathLike[str], sd: float) -> Runs:
     missing = [name for name in needed if name not in table.columns]
     if not axes or missing:
         raise ValueError(
-            f"{text}: has no column {(missing or ['x'])[0]!r}; expected measurements with their truth, as jink simulate writes them"
+            f"{text}: has no column {(missing or ['x'])[0]!r}; expected measurements with their truth, as jink "
+            "simulate writes them"
         )
     parts = table.partition_by("target", maintain_order=True)
     rows = pl.concat(parts)
@@ -160,9 +175,12 @@ def from_file(path: str | os.PathLike[str], sd: float) -> Runs:
     truth = {q[0] + a: f"true{'' if q == 'position' else f'_{q}'}_{a}" for q in TRUTHS for a in axes}
     truth = {component: name for component, name in truth.items() if name in rows.columns}
     tracks = Tracks(
-        numbers(["time"])[:, 0], numbers(axes), np.r_[0, np.cumsum([part.height for part in parts])],
-        truth=numbers([*truth.values()]), components=tuple(truth),
-    )  # fmt: skip
+        numbers(["time"])[:, 0],
+        numbers(axes),
+        np.r_[0, np.cumsum([part.height for part in parts])],
+        truth=numbers([*truth.values()]),
+        components=tuple(truth),
+    )
     return from_tracks(tracks, sd, text)
 
 
@@ -186,11 +204,7 @@ def joined(parts: list[Runs]) -> Runs:
     def filled(part: Runs, name: str) -> Array:
         array = getattr(part, name)
         more = [(0, 0), (0, scans - array.shape[1])] + [(0, 0)] * (array.ndim - 2)
-        return (
-            np.pad(array, more, mode="edge")
-            if name == "time"
-            else np.pad(array, more, constant_values=np.nan)
-        )
+        return np.pad(array, more, mode="edge") if name == "time" else np.pad(array, more, constant_values=np.nan)
 
     arrays = {name: np.concatenate([filled(p, name) for p in parts]) for name in ("time", "z", *TRUTHS)}
     numbers = np.concatenate([part.numbers for part in parts])

@@ -33,20 +33,28 @@ def train_end_to_end(
 ) -> NoiseNetwork:
     """A noise network (log q, log NIS in; log q out) that makes the position errors of the filter it steers small.
 
-    Loss: the mean over runs of log(mean over scans of the squared distance + R), so that easy and hard targets count alike;
-    Adam on batches, gradients through all scans by :class:`jink.learn.noise.Rollout`, clipped to norm 1. The parameters that do
-    best on the validation runs, looked at after every tenth step, are kept; ``patience`` steps without better ones end the training.
-    Before the first update the last noise is ``start``, by default ``least``. velocity_share of the loss is the same of the velocity's
-    errors, with 2 R/T² for R: without it a network may buy position with velocity, by noise that follows every measurement.
+    Loss: the mean over runs of log(mean over scans of the squared distance + R), so that easy and hard targets count
+    alike; Adam on batches, gradients through all scans by :class:`jink.learn.noise.Rollout`, clipped to norm 1. The
+    parameters that do best on the validation runs, looked at after every tenth step, are kept; ``patience`` steps
+    without better ones end the training. Before the first update the last noise is ``start``, by default ``least``.
+    velocity_share of the loss is the same of the velocity's errors, with 2 R/T² for R: without it a network may buy
+    position with velocity, by noise that follows every measurement.
     """
     rng = np.random.default_rng(seed)
     centre, scale = (0.5 * np.log(least * most), -0.5, -0.5), (0.25 * np.log(most / least), 2.0, 2.0)
     values = initial([3, hidden, 1], rng)
     values[-2] *= 0.1
     model = NoiseNetwork(
-        network=as_network(values), inputs="log-nis", output="log-variance", centre=centre, scale=scale,
-        least=least, most=most, start=least if start is None else start, sensor_sd=training.sd,
-    )  # fmt: skip
+        network=as_network(values),
+        inputs="log-nis",
+        output="log-variance",
+        centre=centre,
+        scale=scale,
+        least=least,
+        most=most,
+        start=least if start is None else start,
+        sensor_sd=training.sd,
+    )
     checked = Rollout(model, validation)
     kept: Kept[Parameters] = Kept()
     adam = Adam(rate)
@@ -67,9 +75,7 @@ def train_end_to_end(
     return replace(model, network=as_network(kept.value))
 
 
-def _loss(
-    estimated: tuple[Array, Array, Array], runs: Runs, velocity_share: float
-) -> tuple[float, list[Array]]:
+def _loss(estimated: tuple[Array, Array, Array], runs: Runs, velocity_share: float) -> tuple[float, list[Array]]:
     """The loss and its slopes in the positions and, where these have a share, the velocities (B, S, 2)."""
     step = np.diff(runs.time, axis=1).mean()
     parts = [(1 - velocity_share, estimated[0], runs.position, runs.sd**2)]
@@ -84,6 +90,4 @@ def _part(share: float, found: Array, truth: Array, floor: float, first: int = 2
     error[:, :first] = 0.0
     B, S = error.shape[:2]
     squares = (error**2).sum(axis=(1, 2)) / (S - first) + floor
-    return share * float(np.log(squares).mean()), share * 2 * error / (
-        squares[:, None, None] * (S - first) * B
-    )
+    return share * float(np.log(squares).mean()), share * 2 * error / (squares[:, None, None] * (S - first) * B)

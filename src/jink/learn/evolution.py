@@ -1,4 +1,6 @@
-"""Search by populations over chromosomes in the unit cube: pymoo's genetic algorithm or CMA-ES; seeded, stops and resumes."""
+"""Search by populations over chromosomes in the unit cube: pymoo's genetic algorithm or CMA-ES; seeded, stops and
+resumes.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +20,8 @@ Progress = Callable[[int, float, Array], None]  # generation, least loss so far,
 
 @dataclass(frozen=True, kw_only=True)
 class Chromosome:
-    """genes numbers in [0, 1], of which the last ``bits`` are a binary string: 1 from one half on. groups: how many genes are
-    handed on together, a rule's parameters."""
+    """genes numbers in [0, 1], of which the last ``bits`` are a binary string: 1 from one half on. groups: how many
+    genes are handed on together, a rule's parameters."""
 
     genes: int
     bits: int = 0
@@ -45,10 +47,10 @@ def search(
 ) -> tuple[Array, float]:
     """The chromosome with the least loss, and that.
 
-    checkpoint: a file with the losses told so far, written every so many generations, on Ctrl-C and at the end. Where there is one, the
-    search goes the same way again as far as it went, without evaluating anything, and on from there: the result is that of
-    a search that was never interrupted. about: what is searched for, to tell searches apart. Errors: ValueError for a checkpoint
-    of another search.
+    checkpoint: a file with the losses told so far, written every so many generations, on Ctrl-C and at the end. Where
+    there is one, the search goes the same way again as far as it went, without evaluating anything, and on from there:
+    the result is that of a search that was never interrupted. about: what is searched for, to tell searches apart.
+    Errors: ValueError for a checkpoint of another search.
     """
     told = _read(checkpoint, about)
     best, least = np.empty(0), np.inf
@@ -84,9 +86,7 @@ def _read(checkpoint: str | os.PathLike[str] | None, about: str) -> list[Array]:
         return []
     with np.load(checkpoint, allow_pickle=False) as stored:
         if str(stored["about"]) != about:
-            raise ValueError(
-                f"checkpoint: {checkpoint} is of another search: {stored['about']}; this is {about}"
-            )
+            raise ValueError(f"checkpoint: {checkpoint} is of another search: {stored['about']}; this is {about}")
         ends = np.cumsum(stored["sizes"])[:-1]
         return np.split(stored["losses"], ends)
 
@@ -95,9 +95,7 @@ def _write(checkpoint: str | os.PathLike[str], told: list[Array], about: str) ->
     target = Path(checkpoint)
     temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
     with temporary.open("wb") as file:
-        np.savez(
-            file, losses=np.concatenate(told), sizes=[len(values) for values in told], about=np.array(about)
-        )
+        np.savez(file, losses=np.concatenate(told), sizes=[len(values) for values in told], about=np.array(about))
     temporary.replace(target)
 
 
@@ -111,9 +109,9 @@ def genetic(
 ) -> Search:
     """A genetic algorithm: binary tournament, crossover, mutation; the better half of parents and offspring lives on.
 
-    Of a pair that is crossed, each group of parameters (a rule) is blended, a + t (b − a) and b + t (a − b) with t uniform in
-    [−¼, 1¼] and kept within the range, and the binary string is cut at one point; each parameter is drawn anew, and each bit
-    flipped, with the probability ``mutation``. The loop and the selection are pymoo's.
+    Of a pair that is crossed, each group of parameters (a rule) is blended, a + t (b − a) and b + t (a − b) with t
+    uniform in [−¼, 1¼] and kept within the range, and the binary string is cut at one point; each parameter is drawn
+    anew, and each bit flipped, with the probability ``mutation``. The loop and the selection are pymoo's.
     """
     from pymoo.algorithms.soo.nonconvex.ga import GA
     from pymoo.core.crossover import Crossover
@@ -126,9 +124,7 @@ def genetic(
     real = chromosome.genes - chromosome.bits
 
     class Draw(Sampling):
-        def _do(
-            self, problem: Any, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any
-        ) -> Array:
+        def _do(self, problem: Any, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any) -> Array:
             x = random_state.random((n_samples, chromosome.genes))
             x[:, real:] = np.round(x[:, real:])
             return x
@@ -165,9 +161,13 @@ def genetic(
     class Genetic:
         def __init__(self) -> None:
             self.algorithm = GA(
-                pop_size=population, sampling=Draw(), crossover=Cross(), mutation=Mutate(),  # pyright: ignore[reportArgumentType]
-                selection=TournamentSelection(func_comp=better), eliminate_duplicates=False,
-            )  # fmt: skip
+                pop_size=population,
+                sampling=Draw(),  # pyright: ignore[reportArgumentType]
+                crossover=Cross(),  # pyright: ignore[reportArgumentType]
+                mutation=Mutate(),  # pyright: ignore[reportArgumentType]
+                selection=TournamentSelection(func_comp=better),
+                eliminate_duplicates=False,
+            )
             problem = Problem(n_var=chromosome.genes, n_obj=1, xl=0.0, xu=1.0)
             self.algorithm.setup(problem, termination=get_termination("n_gen", 10**9), seed=seed)
 
@@ -186,7 +186,7 @@ def genetic(
 
 def cma_es(
     chromosome: Chromosome, *, population: int = 32, spread: float = 0.25, start: Array | None = None, seed: int = 0
-) -> Search:  # fmt: skip
+) -> Search:
     """CMA-ES on the same chromosomes, within the unit cube; from the middle of it unless ``start`` says otherwise.
 
     Source: Hansen, The CMA Evolution Strategy: A Tutorial, 2016; the implementation is pycma.

@@ -56,10 +56,11 @@ class Settings:
 
 @dataclass(frozen=True, kw_only=True)
 class Encoding:
-    """Chromosomes and what they mean: a parameter string, five genes a rule, and a binary string of the rules that hold.
+    """Chromosomes and what they mean: a parameter string, five genes a rule, and a binary string of the rules that
+    hold.
 
-    Genes run from 0 to 1 over: centres ± reach of the residual and of its change (m), spreads from .02 to 2 reaches in logarithms,
-    noise sd (m/s²) from ``least`` to ``most``.
+    Genes run from 0 to 1 over: centres ± reach of the residual and of its change (m), spreads from .02 to 2 reaches in
+    logarithms, noise sd (m/s²) from ``least`` to ``most``.
     """
 
     rules: int
@@ -109,10 +110,11 @@ def noise_interval(acceleration: float, process_sd: float) -> tuple[float, float
 
 def training_runs(
     acceleration: float, *, runs: int = 10, scans: int = 60, sd: float = 500.0, process_sd: float = 1.0, seed: int = 0
-) -> Runs:  # fmt: skip
+) -> Runs:
     """A target that accelerates by ± acceleration (m/s²) in the middle third of its scans, 1 s apart, along one axis.
 
-    The paper does not say what it trained on: this is the plainest target with the sub-model's input and the paper's noises.
+    The paper does not say what it trained on: this is the plainest target with the sub-model's input and the paper's
+    noises.
     """
     positive("acceleration", acceleration)
 
@@ -131,10 +133,16 @@ def training_runs(
 
     return from_scenario(
         Scenario(
-            name=f"input-{acceleration:g}", summary=f"± {acceleration:g} m/s² in the middle third", truth=truth,
-            observation=Observation(sensor=Position(sd=sd, axes=1)), schedule=Schedule(start=1.0, interval=1.0, count=scans), axes=1,
-        ), runs, seed,
-    )  # fmt: skip
+            name=f"input-{acceleration:g}",
+            summary=f"± {acceleration:g} m/s² in the middle third",
+            truth=truth,
+            observation=Observation(sensor=Position(sd=sd, axes=1)),
+            schedule=Schedule(start=1.0, interval=1.0, count=scans),
+            axes=1,
+        ),
+        runs,
+        seed,
+    )
 
 
 def encoding_for(acceleration: float, runs: Runs, settings: Settings, process_sd: float = 1.0) -> Encoding:
@@ -196,7 +204,7 @@ def identify(
         genetic(encoding.chromosome, population=s.population, crossover=s.crossover, mutation=s.mutation, seed=seed)
         if s.optimiser == "ga"
         else cma_es(encoding.chromosome, population=s.population, seed=seed)
-    )  # fmt: skip
+    )
     best, least = search(
         loss,
         start,
@@ -208,7 +216,8 @@ def identify(
     found = encoding.rules_of(best)
     trained = Trained(
         data=f"{data}, input {acceleration:g} m/s²",
-        method=f"{s.optimiser}, population {s.population}, {s.generations} generations, at most {s.most_rules} rules, λ = {s.weight:g}",
+        method=f"{s.optimiser}, population {s.population}, {s.generations} generations, at most {s.most_rules} "
+        f"rules, λ = {s.weight:g}",
         seeds=(seed,),
         figures=(("fitness on the training runs", -least),),
     )

@@ -29,8 +29,8 @@ class FuzzyModes:
 
 @dataclass(frozen=True, kw_only=True)
 class ModesEncoding:
-    """Genes in [0, 1]: per mode and rule c1 s1 c2 s2 and the noise's sd (m/s², in logarithms from least to most), then the odds
-    of going from mode i to mode j, e^−9 to 1 against staying."""
+    """Genes in [0, 1]: per mode and rule c1 s1 c2 s2 and the noise's sd (m/s², in logarithms from least to most), then
+    the odds of going from mode i to mode j, e^−9 to 1 against staying."""
 
     modes: int
     rules: int
@@ -41,9 +41,7 @@ class ModesEncoding:
     @property
     def chromosome(self) -> Chromosome:
         """Its shape."""
-        return Chromosome(
-            genes=self.modes * self.rules * FIELDS + self.modes * (self.modes - 1), group=FIELDS
-        )
+        return Chromosome(genes=self.modes * self.rules * FIELDS + self.modes * (self.modes - 1), group=FIELDS)
 
     def decode(self, x: Array) -> tuple[Array, Array]:
         """tables (I, M, R, 5) in SI units and transition (I, M, M)."""
@@ -81,8 +79,8 @@ def identify_modes(
 ) -> FuzzyModes:
     """Modes whose rules and transition matrix make the mean error over the runs' scans small, by CMA-ES.
 
-    Loss: (1 − velocity_share) ζ_p + velocity_share ζ_v, each over its value for three constant noises at a stay probability of
-    .97; interval of the noise's sd in m/s²; reach of the rules 6 and 8 sd of the measurement.
+    Loss: (1 − velocity_share) ζ_p + velocity_share ζ_v, each over its value for three constant noises at a stay
+    probability of .97; interval of the noise's sd in m/s²; reach of the rules 6 and 8 sd of the measurement.
     """
     encoding = ModesEncoding(
         modes=modes, rules=rules, reach=(6 * runs.sd, 8 * runs.sd), least=interval[0], most=interval[1]
@@ -97,10 +95,13 @@ def identify_modes(
 
     start = cma_es(encoding.chromosome, population=population, seed=seed)
     best, least = search(
-        loss, start, generations, checkpoint=checkpoint,
+        loss,
+        start,
+        generations,
+        checkpoint=checkpoint,
         about=f"{encoding}, population {population}, seed {seed}, {fingerprint(runs)}",
         progress=(lambda generation, value, _: progress(generation, value)) if progress else None,
-    )  # fmt: skip
+    )
     found = encoding.modes_of(best)
     trained = Trained(
         data=str(runs),

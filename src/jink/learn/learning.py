@@ -35,7 +35,9 @@ __all__ = ["Learned", "learn"]
 
 @dataclass(kw_only=True)
 class Learned:
-    """filter: what was learned, under its recipe's name; race on data held out; what it learned on, in words and for its file."""
+    """filter: what was learned, under its recipe's name; race on data held out; what it learned on, in words and for
+    its file.
+    """
 
     filter: Any
     name: str
@@ -47,11 +49,7 @@ class Learned:
 
     def verdicts(self) -> dict[str, str]:
         """The learned filter against each other one: position and velocity, with paired 95% intervals."""
-        return {
-            name: _against(self.race, name)
-            for name in self.race.tallies
-            if name not in (LEARNED, "clairvoyant")
-        }
+        return {name: _against(self.race, name) for name in self.race.tallies if name not in (LEARNED, "clairvoyant")}
 
     @property
     def beaten_by(self) -> list[str]:
@@ -65,16 +63,23 @@ class Learned:
         return f"On held-out data the learned filter does not beat {', '.join(self.beaten_by)} in position."
 
     def save(self, path: str | Path) -> None:
-        """Write the filter with what it was learned on and its figures on held-out data, for ``jink track --filter``."""
+        """Write the filter with what it was learned on and its figures on held-out data, for ``jink track
+        --filter``.
+        """
         figures = {m: self.race.figure(LEARNED, m)._asdict() for m in METRICS}
         self.filter.save(path, fitted={**self.record, "held_out": figures})
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, as ``--json`` writes them."""
         return {
-            "training": self.training, "filter": self.name, "verdict": self.verdict(), "verdicts": self.verdicts(),
-            "warnings": self.warnings, "seconds": self.seconds, "held_out": self.race.as_dict(),
-        }  # fmt: skip
+            "training": self.training,
+            "filter": self.name,
+            "verdict": self.verdict(),
+            "verdicts": self.verdicts(),
+            "warnings": self.warnings,
+            "seconds": self.seconds,
+            "held_out": self.race.as_dict(),
+        }
 
 
 def learn(
@@ -90,10 +95,11 @@ def learn(
     base: Any = None,
     **how: Any,
 ) -> Learned:
-    """Learn a filter of this kind, one of ``jink.learn.recipes.RECIPES``, on a scenario's training runs or a file with truth.
+    """Learn a filter of this kind, one of ``jink.learn.recipes.RECIPES``, on a scenario's training runs or a file with
+    truth.
 
-    truth, columns as for ``jink.fit.fit``; kind of a file's targets; base: the filter to be aided, a name of ``FILTERS``, a file
-    or a filter; how: what :class:`jink.learn.recipes.How` takes. Of the data learned on, a quarter
+    truth, columns as for ``jink.fit.fit``; kind of a file's targets; base: the filter to be aided, a name of
+    ``FILTERS``, a file or a filter; how: what :class:`jink.learn.recipes.How` takes. Of the data learned on, a quarter
     validates. Errors: InputError (a ValueError).
     """
     if name not in RECIPES:
@@ -114,7 +120,8 @@ def learn(
     known = _runs(training)
     if missing := missing_truth(name, known):
         raise InputError(
-            f"{training.name}: {name} is learned on the true {missing} too; name its columns with truth (--truth {NEEDED[missing]})"
+            f"{training.name}: {name} is learned on the true {missing} too; name its columns with truth (--truth "
+            f"{NEEDED[missing]})"
         )
     started = None if base is None else starting_filter(base, training, seed)[1]
     asked = How(**{"acceleration": training.purpose.acceleration, **how}, seed=seed, base=started)
@@ -127,9 +134,19 @@ def learn(
     seconds = clock.perf_counter() - began
     race = _checked(training, name, filter)
     learned = Learned(
-        filter=filter, name=name, race=race, training=f"{training.words}, a quarter of them to validate", seconds=seconds,
-        record={"scenario": training.name, "seed": seed, "runs": training.runs, "apart": training.apart, "noise": "the sensor's"},
-    )  # fmt: skip
+        filter=filter,
+        name=name,
+        race=race,
+        training=f"{training.words}, a quarter of them to validate",
+        seconds=seconds,
+        record={
+            "scenario": training.name,
+            "seed": seed,
+            "runs": training.runs,
+            "apart": training.apart,
+            "noise": "the sensor's",
+        },
+    )
     learned.warnings = _warnings(learned, known)
     return learned
 
@@ -168,9 +185,7 @@ def _seen_sd(training: Training) -> float:
 
 def _split(runs: Runs, seed: int) -> tuple[Runs, Runs]:
     if len(runs) < FEWEST:
-        raise InputError(
-            f"{runs.name}: {len(runs)} tracks with truth; expected at least {FEWEST} to learn from"
-        )
+        raise InputError(f"{runs.name}: {len(runs)} tracks with truth; expected at least {FEWEST} to learn from")
     order = np.random.default_rng(seed).permutation(len(runs))
     some = max(1, round(VALIDATION * len(runs)))
     return runs.take(np.sort(order[some:])), runs.take(np.sort(order[:some]))

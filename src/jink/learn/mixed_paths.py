@@ -16,10 +16,11 @@ SPEED, ACCELERATION, RATE = 250.0, 90.0, pi / 5  # m/s, m/s², rad/s: as far as 
 
 
 def broad(scans: int = 20, sd: float = 1.0) -> Scenario:
-    """Lines, circles, circles that become lines with a jump of the velocity, and bursts of acceleration, a quarter each.
+    """Lines, circles, circles that become lines with a jump of the velocity, and bursts of acceleration, a quarter
+    each.
 
-    Speed, course, radius, rate and time of the changes are uniform; directions are too, so none of choi-2001's paths is among
-    them but by chance.
+    Speed, course, radius, rate and time of the changes are uniform; directions are too, so none of choi-2001's paths is
+    among them but by chance.
     """
 
     def truth(draws: Draws) -> Legs:
@@ -41,9 +42,14 @@ def broad(scans: int = 20, sd: float = 1.0) -> Scenario:
         return Legs(start, np.zeros((1, 2)), velocity, command, turn_rate=rate, velocity_step=jump)
 
     return Scenario(
-        name="broad", summary="lines, circles, circles that become lines, bursts", truth=truth, axes=2, kind="fighter",
-        observation=Observation(sensor=Position(sd=sd, axes=2)), schedule=Schedule(start=1.0, interval=1.0, count=scans),
-    )  # fmt: skip
+        name="broad",
+        summary="lines, circles, circles that become lines, bursts",
+        truth=truth,
+        axes=2,
+        kind="fighter",
+        observation=Observation(sensor=Position(sd=sd, axes=2)),
+        schedule=Schedule(start=1.0, interval=1.0, count=scans),
+    )
 
 
 def _directed(draws: Draws, length: Array) -> Array:

@@ -31,9 +31,9 @@ def fit_network(
 ) -> Network:
     """A network that maps u (N, inputs) to y (N, outputs), both scaled to about one.
 
-    Least squares, weight (N,) per row; with ``scores`` cross-entropy, y being shares that the softmax of the answers is to meet.
-    Plus decay · ‖W‖²; Adam over shuffled batches at a rate that falls to zero on a half cosine. The epoch that does best on the
-    validation pair is kept (without one, on the training pair).
+    Least squares, weight (N,) per row; with ``scores`` cross-entropy, y being shares that the softmax of the answers is
+    to meet. Plus decay · ‖W‖²; Adam over shuffled batches at a rate that falls to zero on a half cosine. The epoch that
+    does best on the validation pair is kept (without one, on the training pair).
     """
     rng = np.random.default_rng(seed)
     values = initial([u.shape[1], *hidden, y.shape[1]], rng)
@@ -48,9 +48,7 @@ def fit_network(
             answer, layers = forward(values, u[rows])
             slope = share[rows, None] * _slope(answer, y[rows], scores) / len(rows)
             gradients, _ = backward(values, layers, slope)
-            gradients = [
-                g + 2 * decay * v if v.ndim == 2 else g for g, v in zip(gradients, values, strict=True)
-            ]
+            gradients = [g + 2 * decay * v if v.ndim == 2 else g for g, v in zip(gradients, values, strict=True)]
             values = adam.step(values, gradients, now)
         kept.offer(_loss(forward(values, checked[0])[0], checked[1], scores), values)
         if progress:

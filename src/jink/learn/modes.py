@@ -28,17 +28,15 @@ def train_scores(
 ) -> ModeNetwork:
     """A network that scores modes of any kind, on labels: how well each mode's own filter knew where the target was.
 
-    The filters run side by side, as the paper's bank does. The wanted share of mode j at a scan is exp(−d²ⱼ/2R) over the sum of
-    those, d its distance from the truth; inputs as in :class:`jink.ModeNetwork`, the weights before being the wanted ones.
-    Source: Choi, Samal & Ahn 2001, §3 (mode-based design; labels shared out instead of one winner).
+    The filters run side by side, as the paper's bank does. The wanted share of mode j at a scan is exp(−d²ⱼ/2R) over
+    the sum of those, d its distance from the truth; inputs as in :class:`jink.ModeNetwork`, the weights before being
+    the wanted ones. Source: Choi, Samal & Ahn 2001, §3 (mode-based design; labels shared out instead of one winner).
     """
     pairs = [_scored(motions, runs) for runs in (training, validation)]
     u = pairs[0][0]
     centre, scale = u.mean(axis=0), np.maximum(u.std(axis=0), 1e-3)
     scaled = [((a - centre) / scale, b) for a, b in pairs]
-    network = fit_network(
-        *scaled[0], validation=scaled[1], hidden=(hidden,), epochs=epochs, scores=True, seed=seed
-    )
+    network = fit_network(*scaled[0], validation=scaled[1], hidden=(hidden,), epochs=epochs, scores=True, seed=seed)
     return ModeNetwork(network=network, centre=centre.tolist(), scale=scale.tolist(), best=best)
 
 
@@ -68,5 +66,8 @@ def untrained(modes: int, *, hidden: int = 16, seed: int = 0) -> ModeNetwork:
     """A network of that many modes to start from, inputs scaled as they usually are."""
     values = initial([2 * modes, hidden, modes], np.random.default_rng(seed))
     return ModeNetwork(
-        network=as_network(values), centre=[1 / modes] * modes + [-0.5] * modes, scale=[0.3] * modes + [2.0] * modes, best=modes
-    )  # fmt: skip
+        network=as_network(values),
+        centre=[1 / modes] * modes + [-0.5] * modes,
+        scale=[0.3] * modes + [2.0] * modes,
+        best=modes,
+    )

@@ -30,11 +30,12 @@ def train_scores_end_to_end(
     seed: int = 0,
     progress: Callable[[int, float], None] | None = None,
 ) -> ModeNetwork:
-    """The network of constant-velocity modes with these acceleration variances, made better on the tracking error itself.
+    """The network of constant-velocity modes with these acceleration variances, made better on the tracking error
+    itself.
 
-    Gradients through all scans of the filter of :class:`jink.filters.neural_vsmm.NeuralModes`, by autograd. Choosing the best few
-    has no derivative, so all modes share the estimate in training; the result keeps the ``best`` (all of them by default).
-    Loss, choice and stopping as in :func:`jink.learn.end_to_end.train_end_to_end`.
+    Gradients through all scans of the filter of :class:`jink.filters.neural_vsmm.NeuralModes`, by autograd. Choosing
+    the best few has no derivative, so all modes share the estimate in training; the result keeps the ``best`` (all of
+    them by default). Loss, choice and stopping as in :func:`jink.learn.end_to_end.train_end_to_end`.
     """
     rng = np.random.default_rng(seed)
     values = parameters_of(start.network)
@@ -67,7 +68,9 @@ def tracking_loss(values: Parameters, model: ModeNetwork, variances: Sequence[fl
 
 
 class _State(NamedTuple):
-    """The shared estimate of all runs: p, v (B, 2), and P in blocks position, position by velocity, velocity (B, 2, 2)."""
+    """The shared estimate of all runs: p, v (B, 2), and P in blocks position, position by velocity, velocity (B, 2,
+    2).
+    """
 
     p: Any
     v: Any
@@ -89,7 +92,7 @@ def _squares(values: Parameters, model: ModeNetwork, variances: Sequence[float],
         t = T[:, k - 1][:, None, None]
         s = _State(
             s.p + t[:, 0] * s.v, s.v, s.Pp + t * (s.Px + anp.swapaxes(s.Px, 1, 2)) + t**2 * s.Pv, s.Px + t * s.Pv, s.Pv
-        )  # fmt: skip
+        )
         r = z[:, k] - s.p
         modes = _Modes.of(s, r, noise, t[:, None], R)
         nis = anp.sum(modes.y[..., 0] * r[:, None], axis=2)

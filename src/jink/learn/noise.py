@@ -32,9 +32,9 @@ class _Scan:
 class Rollout:
     """Both axes' constant-velocity filters (T the time between scans, two-point start) under a network's noise.
 
-    forward gives the estimates of position (B, S, 2), NaN before the third scan, velocities and the chosen q (B, S); backward
-    turns the loss's slope in the positions into slopes in the network's parameters, through the whole track: what the
-    noise of one scan does to all later ones counts. Every run must be measured at every scan.
+    forward gives the estimates of position (B, S, 2), NaN before the third scan, velocities and the chosen q (B, S);
+    backward turns the loss's slope in the positions into slopes in the network's parameters, through the whole track:
+    what the noise of one scan does to all later ones counts. Every run must be measured at every scan.
     """
 
     def __init__(self, model: NoiseNetwork, runs: Runs) -> None:

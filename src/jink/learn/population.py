@@ -34,9 +34,9 @@ def errors_of(
 ) -> Errors:
     """Run candidates on every axis of the runs and tell their errors.
 
-    tables (I, M, R, 5) rows c₁ s₁ c₂ s₂ w in SI units, of which the first count (I, M) hold; for M > 1 modes also transition
-    (I, M, M) and initial probability (I, M). Each is a filter per axis, state [p v], two-point start, whose modes' noise
-    variance comes from its rules (core/run/population.cpp); many candidates cost little more than one.
+    tables (I, M, R, 5) rows c₁ s₁ c₂ s₂ w in SI units, of which the first count (I, M) hold; for M > 1 modes also
+    transition (I, M, M) and initial probability (I, M). Each is a filter per axis, state [p v], two-point start, whose
+    modes' noise variance comes from its rules (core/run/population.cpp); many candidates cost little more than one.
     Errors: ValueError where arrays do not fit.
     """
     apart = runs.axes_apart()
@@ -49,7 +49,10 @@ def errors_of(
     sums = np.empty((individuals, scans, 2))
     given: Any = (tables, np.asarray(count, dtype=np.int64), transition, probability, apart.time, *_flat(apart))
     native.population_errors(
-        *(np.ascontiguousarray(array) for array in given), variance=runs.sd**2, result=sums, threads=thread_count(threads)
+        *(np.ascontiguousarray(array) for array in given),
+        variance=runs.sd**2,
+        result=sums,
+        threads=thread_count(threads),
     )
     scored = _scored(apart)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -58,8 +61,12 @@ def errors_of(
 
 
 def errors_of_rules(
-    modes: Sequence[FuzzyRules], runs: Runs, *, transition: ArrayLike | None = None, probability: ArrayLike | None = None
-) -> Errors:  # fmt: skip
+    modes: Sequence[FuzzyRules],
+    runs: Runs,
+    *,
+    transition: ArrayLike | None = None,
+    probability: ArrayLike | None = None,
+) -> Errors:
     """The same of one filter, its modes' rules given."""
     tables, count = stacked([modes])
     matrices = [None if m is None else np.asarray(m, dtype=float)[None] for m in (transition, probability)]
@@ -88,7 +95,8 @@ def _scored(runs: Runs) -> Array:
 
 
 def normalised(errors: Errors, runs: Runs, first: int = 2) -> tuple[Array, Array]:
-    """ζ of position and velocity (I,): the mean over scans, from index ``first``, of RMS error over that of the measurement.
+    """ζ of position and velocity (I,): the mean over scans, from index ``first``, of RMS error over that of the
+    measurement.
 
     The measured velocity is the backward difference of the measurements. Source: Lee, Joo & Park 2003, §4.
     """
@@ -96,6 +104,4 @@ def normalised(errors: Errors, runs: Runs, first: int = 2) -> tuple[Array, Array
     measured = np.diff(runs.z, axis=1) / step
     raw_p = np.sqrt(np.nanmean((runs.z - runs.position)[:, first:] ** 2, axis=(0, 2)))
     raw_v = np.sqrt(np.nanmean((measured - runs.velocity[:, 1:])[:, first - 1 :] ** 2, axis=(0, 2)))
-    return (errors.position[:, first:] / raw_p).mean(axis=1), (errors.velocity[:, first:] / raw_v).mean(
-        axis=1
-    )
+    return (errors.position[:, first:] / raw_p).mean(axis=1), (errors.velocity[:, first:] / raw_v).mean(axis=1)

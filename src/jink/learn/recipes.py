@@ -37,9 +37,9 @@ NETWORK = {"hidden": (32,), "epochs": 60, "batch": 1024}
 class How:
     """What `jink learn` was asked for; None where the recipe has a default of its own.
 
-    acceleration (m/s²): what the targets pull; inputs: those of the sub-models; base: the filter to be aided; labels: networks learn
-    which mode was right instead of the tracking error; progress(words, done, of) is called as it goes on; checkpoint: of
-    searches by populations.
+    acceleration (m/s²): what the targets pull; inputs: those of the sub-models; base: the filter to be aided; labels:
+    networks learn which mode was right instead of the tracking error; progress(words, done, of) is called as it goes
+    on; checkpoint: of searches by populations.
     """
 
     acceleration: float
@@ -63,9 +63,7 @@ class How:
     def counting(self, words: str, of: int) -> Callable[[int, float], None] | None:
         """A progress for loops that tell their step and the least loss."""
         tell = self.progress
-        return (
-            None if tell is None else lambda step, loss: tell(f"{words}: least loss {loss:.4g}", step + 1, of)
-        )
+        return None if tell is None else lambda step, loss: tell(f"{words}: least loss {loss:.4g}", step + 1, of)
 
 
 Recipe = Callable[[Runs, Runs, How], Any]
@@ -91,9 +89,7 @@ def fuzzy_mode(training: Runs, validation: Runs, how: How) -> Kalman:
     if how.optimiser == "together":
         return Kalman(_fuzzy(_together(training, how, 1).modes[0]), _sensor(training))
     most, spread = (how.inputs or (how.acceleration,))[0], (2 * SHARES[0]) ** -0.5
-    rules = _identified(
-        most / spread, training, how, 0, widen=spread
-    )  # noise from a hundredth of that up to it
+    rules = _identified(most / spread, training, how, 0, widen=spread)  # noise from a hundredth of that up to it
     return Kalman(_fuzzy(rules), _sensor(training))
 
 
@@ -107,10 +103,17 @@ def aided(model: str) -> Recipe:
         settings: dict[str, Any] = {**(NETWORK if model == "network" else ANFIS)}
         epochs = settings["epochs"] = how.epochs or settings["epochs"]
         corrector = fit_corrector(
-            base, training, validation, model=model, inputs="innovations", count=HISTORY,
-            corrects=_corrected(base, training), seed=how.seed,
-            progress=how.counting(f"{model}, epoch", epochs), **settings,
-        )  # fmt: skip
+            base,
+            training,
+            validation,
+            model=model,
+            inputs="innovations",
+            count=HISTORY,
+            corrects=_corrected(base, training),
+            seed=how.seed,
+            progress=how.counting(f"{model}, epoch", epochs),
+            **settings,
+        )
         said = _trained(training, f"{model} on the last {HISTORY} innovations, {epochs} epochs", how)
         return Aided(base, replace(corrector, trained=said))
 
@@ -124,18 +127,22 @@ def noise_network(training: Runs, validation: Runs, how: How) -> Kalman:
 
     _plane(training)
     if how.labels:
-        network = train_supervised(
-            training, validation, labels="expected", seed=how.seed, **how.given(epochs="epochs")
-        )
+        network = train_supervised(training, validation, labels="expected", seed=how.seed, **how.given(epochs="epochs"))
         method = "labels of the best constant noise"
     else:
         steps = how.epochs or 600
         least, most = (float((share * how.acceleration) ** 2) for share in RANGE)
         network = train_end_to_end(
-            training, validation, least=least, most=most, steps=steps, seed=how.seed,
-            start=float(np.sqrt(least * most)), velocity_share=0.2 if _known(training.velocity) else 0.0,
+            training,
+            validation,
+            least=least,
+            most=most,
+            steps=steps,
+            seed=how.seed,
+            start=float(np.sqrt(least * most)),
+            velocity_share=0.2 if _known(training.velocity) else 0.0,
             progress=how.counting("step", steps),
-        )  # fmt: skip
+        )
         method = f"end to end on the tracking error, {steps} steps"
     network = replace(network, trained=_trained(training, method, how))
     motion: Any = NetworkNoise(ConstantVelocity(acceleration_sd=how.acceleration), network)
@@ -152,16 +159,19 @@ def mode_network(training: Runs, validation: Runs, how: How) -> NeuralModes:
     motions: list[Any] = [ConstantVelocity(acceleration_sd=float(sd)) for sd in sds]
     if how.labels:
         epochs = how.epochs or 100
-        network = train_scores(
-            motions, training, validation, best=min(3, len(sds)), epochs=epochs, seed=how.seed
-        )
+        network = train_scores(motions, training, validation, best=min(3, len(sds)), epochs=epochs, seed=how.seed)
         method = "labels of the best mode"
     else:
         steps = how.epochs or 120
         network = train_scores_end_to_end(
-            [float(sd) ** 2 for sd in sds], training, validation, start=untrained(len(sds), seed=how.seed),
-            steps=steps, seed=how.seed, progress=how.counting("step", steps),
-        )  # fmt: skip
+            [float(sd) ** 2 for sd in sds],
+            training,
+            validation,
+            start=untrained(len(sds), seed=how.seed),
+            steps=steps,
+            seed=how.seed,
+            progress=how.counting("step", steps),
+        )
         method = f"end to end on the tracking error, {steps} steps"
     network = replace(network, trained=_trained(training, method, how))
     return NeuralModes(motions, _sensor(training), network)
@@ -189,12 +199,16 @@ def _fuzzy(rules: FuzzyRules) -> Any:
 def _identified(acceleration: float, training: Runs, how: How, place: int, widen: float = 1.0) -> FuzzyRules:
     from .genetic import Settings, identify
 
-    # the paper's kilometres are two sds of its measurement, its runs sixty scans: so errors weigh against rules as there
+    # the paper's kilometres are two sds of its measurement, its runs sixty scans: so errors weigh against rules as
+    # there
     unit = 2 * training.sd * training.time.shape[1] / 60
     settings = Settings(
-        weight=how.weight, optimiser=how.optimiser, widen=widen, unit=unit,
+        weight=how.weight,
+        optimiser=how.optimiser,
+        widen=widen,
+        unit=unit,
         **how.given(generations="generations", population="population", most_rules="rules"),
-    )  # fmt: skip
+    )
 
     def tell(generation: int, fitness: float, rules: int) -> None:
         if how.progress:
@@ -203,9 +217,14 @@ def _identified(acceleration: float, training: Runs, how: How, place: int, widen
 
     checkpoint = None if how.checkpoint is None else f"{os.fspath(how.checkpoint)}.{place}.npz"
     return identify(
-        acceleration, training, settings=settings, process_sd=SHARES[0] * acceleration, seed=how.seed,
-        checkpoint=checkpoint, progress=tell,
-    )  # fmt: skip
+        acceleration,
+        training,
+        settings=settings,
+        process_sd=SHARES[0] * acceleration,
+        seed=how.seed,
+        checkpoint=checkpoint,
+        progress=tell,
+    )
 
 
 def _together(training: Runs, how: How, modes: int) -> Any:
@@ -213,11 +232,16 @@ def _together(training: Runs, how: How, modes: int) -> Any:
 
     generations = how.generations or 250
     return identify_modes(
-        training, modes=modes, interval=(RANGE[0] * how.acceleration, 2 * how.acceleration), seed=how.seed,
-        rules=how.rules or (2 if modes > 1 else 6), generations=generations,
+        training,
+        modes=modes,
+        interval=(RANGE[0] * how.acceleration, 2 * how.acceleration),
+        seed=how.seed,
+        rules=how.rules or (2 if modes > 1 else 6),
+        generations=generations,
         checkpoint=None if how.checkpoint is None else f"{os.fspath(how.checkpoint)}.0.npz",
-        progress=how.counting("generation", generations), **how.given(population="population"),
-    )  # fmt: skip
+        progress=how.counting("generation", generations),
+        **how.given(population="population"),
+    )
 
 
 def _corrected(base: Any, training: Runs) -> tuple[str, ...]:

@@ -16,7 +16,9 @@ LEVELS = np.arange(1.0, 197.0, 5.0)  # 1, 6, … 196: the paper's 40 levels
 
 @dataclass(frozen=True, eq=False)
 class Bank:
-    """Filters of constant noise, (L, B, S, 2): squared error, residual, and its variance (L, B, S); from the third scan on."""
+    """Filters of constant noise, (L, B, S, 2): squared error, residual, and its variance (L, B, S); from the third scan
+    on.
+    """
 
     levels: Array
     error: Array
@@ -56,9 +58,10 @@ def bank_of(runs: Runs, levels: Array = LEVELS) -> Bank:
 def published_pairs(runs: Runs) -> tuple[Array, Array]:
     """Inputs (N, 3) and labels (N,) as the paper has them, scan by scan and run by run.
 
-    The best filter of the 40 by 40 has the level of least error along x and that of least error along y; its label is their mean,
-    since the network says one number. Inputs: the label of the scan before (the lowest level at first), and along each axis the
-    likelihood of the measurement under the filter that was best there at the scan before: at the scan itself nobody knows which it is.
+    The best filter of the 40 by 40 has the level of least error along x and that of least error along y; its label is
+    their mean, since the network says one number. Inputs: the label of the scan before (the lowest level at first), and
+    along each axis the likelihood of the measurement under the filter that was best there at the scan before: at the
+    scan itself nobody knows which it is.
     """
     bank = bank_of(runs)
     rows = np.arange(len(runs))
@@ -81,8 +84,8 @@ def _likelihood(bank: Bank, i: np.ndarray, rows: np.ndarray, k: int, axis: int) 
 def expected_pairs(runs: Runs) -> tuple[Array, Array]:
     """Inputs (N, 3) in logarithms and labels (N,) without the noise of one run.
 
-    Label: the level whose mean squared error at the scan, over all runs of the same path, is least. Inputs: log of the label of the
-    scan before, and log NIS along x and y of the filter of that label, which is what there is at run time.
+    Label: the level whose mean squared error at the scan, over all runs of the same path, is least. Inputs: log of the
+    label of the scan before, and log NIS along x and y of the filter of that label, which is what there is at run time.
     """
     bank = bank_of(runs)
     _, path = np.unique(runs.position.reshape(len(runs), -1).round(6), axis=0, return_inverse=True)
@@ -124,16 +127,22 @@ def train_supervised(
     def wanted(q: Array) -> Array:
         if labels == "published":
             return (q - middle) / spread
-        share = np.clip(
-            np.log(q / least) / np.log(most / least), 0.02, 0.98
-        )  # the output is a logistic function
+        share = np.clip(np.log(q / least) / np.log(most / least), 0.02, 0.98)  # the output is a logistic function
         return np.log(share / (1 - share))
 
     scaled = [((u - centre) / scale, wanted(q)[:, None]) for u, q in pairs]
     network = fit_network(*scaled[0], validation=scaled[1], hidden=(hidden,), epochs=epochs, seed=seed)
     published = labels == "published"
     return NoiseNetwork(
-        network=network, inputs="likelihood" if published else "log-nis", output="variance" if published else "log-variance",
-        centre=centre.tolist(), scale=scale.tolist(), least=least, most=most, start=least, sensor_sd=training.sd,
-        output_centre=middle if published else 0.0, output_scale=spread if published else 1.0,
-    )  # fmt: skip
+        network=network,
+        inputs="likelihood" if published else "log-nis",
+        output="variance" if published else "log-variance",
+        centre=centre.tolist(),
+        scale=scale.tolist(),
+        least=least,
+        most=most,
+        start=least,
+        sensor_sd=training.sd,
+        output_centre=middle if published else 0.0,
+        output_scale=spread if published else 1.0,
+    )

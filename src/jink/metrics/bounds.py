@@ -34,9 +34,7 @@ def information(jacobians: ArrayLike, R: ArrayLike) -> Array:
     """
     H, noise = np.asarray(jacobians, dtype=float), np.asarray(R, dtype=float)
     if H.ndim != 4 or noise.shape != (H.shape[2], H.shape[2]):
-        raise ValueError(
-            f"jacobians, R: expected (runs, scans, m, n) and (m, m), got {H.shape} and {noise.shape}"
-        )
+        raise ValueError(f"jacobians, R: expected (runs, scans, m, n) and (m, m), got {H.shape} and {noise.shape}")
     seen = present(H, 2)
     H = np.where(seen[..., None, None], H, 0.0)
     return np.einsum("rkmi,mp,rkpj->kij", H, np.linalg.inv(noise), H, optimize=True) / len(H)
@@ -87,9 +85,7 @@ def tichavsky_bound(F: ArrayLike, Q: ArrayLike, information: ArrayLike, P0: Arra
         if np.linalg.matrix_rank(noise[k]) < n:
             raise ValueError(f"Q: is singular in scan {k}; linear motion with such noise has posterior_bound")
         precision = np.linalg.inv(noise[k])
-        D11 = np.einsum("rji,jl,rlm->im", jacobians[:, k], precision, jacobians[:, k], optimize=True) / len(
-            jacobians
-        )
+        D11 = np.einsum("rji,jl,rlm->im", jacobians[:, k], precision, jacobians[:, k], optimize=True) / len(jacobians)
         D12 = -jacobians[:, k].mean(axis=0).T @ precision
         J = precision - D12.T @ np.linalg.solve(J + D11, D12) + J_z[k]
         C[k] = np.linalg.inv(J)

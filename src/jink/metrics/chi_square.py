@@ -25,7 +25,9 @@ def cdf(x: float, dof: int) -> float:
 
 
 def wilson_hilferty(p: float, dof: float) -> float:
-    """x with P(χ²(dof) ≤ x) ≈ p for any dof: ν (1 − 2/9ν + z √(2/9ν))³, z the normal quantile (Wilson & Hilferty 1931)."""
+    """x with P(χ²(dof) ≤ x) ≈ p for any dof: ν (1 − 2/9ν + z √(2/9ν))³, z the normal quantile (Wilson & Hilferty
+    1931).
+    """
     return dof * (1 - 2 / (9 * dof) + NormalDist().inv_cdf(p) * math.sqrt(2 / (9 * dof))) ** 3
 
 

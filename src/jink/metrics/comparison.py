@@ -37,9 +37,7 @@ class Comparison:
         return "undecided"
 
 
-def paired(
-    difference: float, influence: Array, *, level: float = 0.95, lower_is_better: bool = True
-) -> Comparison:
+def paired(difference: float, influence: Array, *, level: float = 0.95, lower_is_better: bool = True) -> Comparison:
     """The comparison whose difference the runs influence so, (runs,): difference ± t sd(influence)/√runs."""
     se = spread(influence)
     half = student_quantile(0.5 + level / 2, len(influence) - 1) * se if len(influence) > 1 else math.nan
@@ -76,9 +74,7 @@ def _paired_rmse(a: ArrayLike, b: ArrayLike, first: int) -> list[tuple[float, Ar
     return [rmse_influence(np.where(both[..., None], e, np.nan), first) for e in (ea, eb)]
 
 
-def compare_means(
-    a: ArrayLike, b: ArrayLike, *, level: float = 0.95, lower_is_better: bool = True
-) -> Comparison:
+def compare_means(a: ArrayLike, b: ArrayLike, *, level: float = 0.95, lower_is_better: bool = True) -> Comparison:
     """Mean of a minus mean of b, (runs, scans), paired over runs; NaN in either is left out.
 
     For log scores, NEES, Euclidean errors. Errors: ValueError for different shapes.

@@ -50,9 +50,7 @@ def _decompose(error: ArrayLike, P: ArrayLike) -> tuple[Array, Array]:
     scale = np.sqrt(np.where(there[..., None], np.maximum(np.diagonal(cov, axis1=2, axis2=3), 0.0), 1.0))
     there &= scale.min(axis=2) > 0
     scale = np.where(there[..., None], scale, 1.0)
-    correlation = np.where(
-        there[..., None, None], cov / (scale[..., :, None] * scale[..., None, :]), np.eye(n)
-    )
+    correlation = np.where(there[..., None, None], cov / (scale[..., :, None] * scale[..., None, :]), np.eye(n))
     sign, log_det = np.linalg.slogdet(correlation)
     there &= (sign > 0) & np.isfinite(log_det)
     correlation = np.where(there[..., None, None], correlation, np.eye(n))
@@ -109,9 +107,7 @@ def log_score(error: ArrayLike, P: ArrayLike, *, first: int = 0) -> Figure:
     return mean_over_runs(log_density(error, P)[:, first:])
 
 
-def prediction_score(
-    log_likelihood_scan: ArrayLike, *, first: int = 0, counted: ArrayLike | None = None
-) -> Figure:
+def prediction_score(log_likelihood_scan: ArrayLike, *, first: int = 0, counted: ArrayLike | None = None) -> Figure:
     """Mean log density of the next measurement, ln p(z_k | z_0 … z_{k−1}), (runs, scans): high is good.
 
     counted (runs, scans) bool: scans to score (those with an accepted measurement), by default all that are

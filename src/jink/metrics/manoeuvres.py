@@ -107,9 +107,7 @@ def response(
         return settling_time(curve(chosen)[before:], settled)
 
     numbers = np.arange(len(square), dtype=float)
-    return Response(
-        jackknife(peak, numbers), jackknife(settling, numbers), curve(numbers), settled, len(rows)
-    )
+    return Response(jackknife(peak, numbers), jackknife(settling, numbers), curve(numbers), settled, len(rows))
 
 
 def _mean(values: Array) -> float:

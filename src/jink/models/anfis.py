@@ -23,10 +23,10 @@ class Anfis:
     Rule r takes one membership function of each input (the last input's run fastest) and fires with their product hᵣ;
     y = Σ hᵣ (Aᵣ u + bᵣ) / Σ hᵣ, and zero where nothing fires (the denominator is at least 1e-9).
 
-    shape "triangular" (left, peak, right), "gaussian" (centre, sd) exp(−½((u−c)/s)²), or "bell" (centre, half width a, slope b)
-    1/(1 + |(u−c)/a|^2b); memberships, per input, per function, these parameters. The outermost triangles stay at one beyond their
-    peaks. consequents (rules, outputs, inputs + 1): A and b of each rule. Errors: ValueError where these do not fit.
-    Source: Jang, IEEE Trans. SMC-23(3), 1993.
+    shape "triangular" (left, peak, right), "gaussian" (centre, sd) exp(−½((u−c)/s)²), or "bell" (centre, half width a,
+    slope b) 1/(1 + |(u−c)/a|^2b); memberships, per input, per function, these parameters. The outermost triangles stay
+    at one beyond their peaks. consequents (rules, outputs, inputs + 1): A and b of each rule. Errors: ValueError where
+    these do not fit. Source: Jang, IEEE Trans. SMC-23(3), 1993.
     """
 
     shape: str
@@ -40,7 +40,8 @@ class Anfis:
         for m in functions:
             if m.ndim != 2 or not len(m) or m.shape[1] != PARAMETERS[self.shape] or not np.isfinite(m).all():
                 raise ValueError(
-                    f"Anfis.memberships: expected (functions, {PARAMETERS[self.shape]}) finite numbers per input, got {m.shape}"
+                    f"Anfis.memberships: expected (functions, {PARAMETERS[self.shape]}) finite numbers per input, "
+                    f"got {m.shape}"
                 )
             _check(self.shape, m)
         c = np.asarray(self.consequents, dtype=float)

@@ -22,16 +22,17 @@ class Corrector:
     """A correction of the estimate along each axis by itself, x̂ + c(u) · unit, from what the filter has just seen.
 
     inputs "titi-guney": u = (z − x̂(t|t), x̂(t|t−1) − x̂(t|t)), positions in m, unit 1 (m, m/s, m/s²);
-    inputs "innovations": u = ν/√S of the newest and of the scans before, zero before the track began; unit √(S P_cc / P_pp) of the
-    newest scan for component c (for the position √S), so that it carries over to another sensor. A miss enters no innovation,
-    and is not corrected.
+    inputs "innovations": u = ν/√S of the newest and of the scans before, zero before the track began; unit √(S P_cc /
+    P_pp) of the newest scan for component c (for the position √S), so that it carries over to another sensor. A miss
+    enters no innovation, and is not corrected.
 
-    c(u) = f · output_scale · model((clip(u, low, high) − centre) / scale), with f = max(0, 1 − e/fade) and e the largest distance
-    of an input from its range [low, high], in widths of the range: outside what it has seen the aid fades to nothing.
+    c(u) = f · output_scale · model((clip(u, low, high) − centre) / scale), with f = max(0, 1 − e/fade) and e the
+    largest distance of an input from its range [low, high], in widths of the range: outside what it has seen the aid
+    fades to nothing.
 
-    model an :class:`jink.Anfis` or a :class:`jink.Network`; low, high, centre, scale, one number per input; output_scale one per
-    corrected quantity; corrects ("position",), then "velocity", "acceleration". Errors: ValueError where these do not fit.
-    Source: Titi & Güney (inputs, sum); ranges and fading are jink's.
+    model an :class:`jink.Anfis` or a :class:`jink.Network`; low, high, centre, scale, one number per input;
+    output_scale one per corrected quantity; corrects ("position",), then "velocity", "acceleration". Errors: ValueError
+    where these do not fit. Source: Titi & Güney (inputs, sum); ranges and fading are jink's.
     """
 
     model: Anfis | Network
@@ -47,9 +48,7 @@ class Corrector:
 
     def __post_init__(self) -> None:
         if not isinstance(self.model, Anfis | Network):
-            raise TypeError(
-                f"Corrector.model: expected an Anfis or a Network, got {type(self.model).__name__}"
-            )
+            raise TypeError(f"Corrector.model: expected an Anfis or a Network, got {type(self.model).__name__}")
         if self.inputs not in INPUTS:
             raise ValueError(f"Corrector.inputs: expected one of {', '.join(INPUTS)}, got {self.inputs!r}")
         if self.inputs == "titi-guney" and self.model.inputs != 2:
@@ -67,7 +66,8 @@ class Corrector:
         object.__setattr__(self, "corrects", tuple(self.corrects))
         if self.corrects != CORRECTS[: self.model.outputs]:
             raise ValueError(
-                f"Corrector.corrects: expected the first {self.model.outputs} of {', '.join(CORRECTS)}, got {self.corrects}"
+                f"Corrector.corrects: expected the first {self.model.outputs} of {', '.join(CORRECTS)}, got "
+                f"{self.corrects}"
             )
         positive("Corrector.fade", self.fade)
 
@@ -93,10 +93,12 @@ class Corrector:
     def check_units(self, sensor_sd: float) -> None:
         """Was this aid trained on residuals such a sensor (sd in m) gives?
 
-        Errors: ValueError for inputs in metres whose range is below a third or above a hundred thousand of the sensor's sd.
+        Errors: ValueError for inputs in metres whose range is below a third or above a hundred thousand of the sensor's
+        sd.
         """
         width = max(b - a for a, b in zip(self.low, self.high, strict=True))
         if self.inputs == "titi-guney" and not 0.3 * sensor_sd <= width <= 1e5 * sensor_sd:
             raise ValueError(
-                f"Corrector: was trained on residuals within {width:.3g} m, and the sensor's sd is {sensor_sd:.3g} m; expected metres"
+                f"Corrector: was trained on residuals within {width:.3g} m, and the sensor's sd is "
+                f"{sensor_sd:.3g} m; expected metres"
             )

@@ -19,12 +19,12 @@ LEAST_REACH, MOST_REACH = 0.3, 1000.0  # how far from zero rules may be about so
 class FuzzyRules:
     """Sugeno rules over a residual r and its change Δr (m): the variance (m²/s⁴) of the acceleration noise.
 
-    Rule i fires with hᵢ = exp(−½((r − cᵢ₁)/sᵢ₁)² − ½((Δr − cᵢ₂)/sᵢ₂)²);  q = Σ hᵢ wᵢ / Σ hᵢ, worked out in logarithms, so that far
-    from every centre the nearest rule decides.
+    Rule i fires with hᵢ = exp(−½((r − cᵢ₁)/sᵢ₁)² − ½((Δr − cᵢ₂)/sᵢ₂)²);  q = Σ hᵢ wᵢ / Σ hᵢ, worked out in logarithms,
+    so that far from every centre the nearest rule decides.
 
-    centres, spreads (R, 2) in metres, variances w (R,) in (m/s²)²; tables in other units: :meth:`of`. trained says where the rules
-    come from. Errors: ValueError for shapes that do not fit, spreads or variances that are not positive and finite.
-    Source: Lee, Joo & Park 2003, eq. 12–14 and 19-5 (scatter-partitioned, zero-order consequents).
+    centres, spreads (R, 2) in metres, variances w (R,) in (m/s²)²; tables in other units: :meth:`of`. trained says
+    where the rules come from. Errors: ValueError for shapes that do not fit, spreads or variances that are not positive
+    and finite. Source: Lee, Joo & Park 2003, eq. 12–14 and 19-5 (scatter-partitioned, zero-order consequents).
     """
 
     centres: Sequence[Sequence[float]]
@@ -49,7 +49,8 @@ class FuzzyRules:
 
     @classmethod
     def of(cls, table: ArrayLike, *, unit: float = 1.0, trained: Trained | None = None) -> FuzzyRules:
-        """Rules from rows c₁ s₁ c₂ s₂ w, as papers print them; ``unit`` is the table's length in metres (kilometres: 1000).
+        """Rules from rows c₁ s₁ c₂ s₂ w, as papers print them; ``unit`` is the table's length in metres (kilometres:
+        1000).
 
         c and s are in that unit, w is the variance in (unit/s²)². Errors: ValueError for another number of columns.
         """
@@ -111,13 +112,14 @@ class FuzzyRules:
     def check_units(self, sensor_sd: float) -> None:
         """Are these rules about residuals such a sensor (sd in m) gives?
 
-        The rules' reach is the largest |c₁| + 2 s₁. Errors: ValueError where it lies below a third or above a thousand of the
-        sensor's sd, which is what a table in kilometres taken for metres looks like.
+        The rules' reach is the largest |c₁| + 2 s₁. Errors: ValueError where it lies below a third or above a thousand
+        of the sensor's sd, which is what a table in kilometres taken for metres looks like.
         """
         reach = max(abs(c[0]) + 2 * s[0] for c, s in zip(self.centres, self.spreads, strict=True))
         if not LEAST_REACH * sensor_sd <= reach <= MOST_REACH * sensor_sd:
             raise ValueError(
-                f"FuzzyRules: the rules are about residuals up to {reach:.3g} m, and the sensor's sd is {sensor_sd:.3g} m; "
+                f"FuzzyRules: the rules are about residuals up to {reach:.3g} m, and the sensor's sd is "
+                f"{sensor_sd:.3g} m; "
                 "expected metres and (m/s²)²; a table in kilometres is read by FuzzyRules.of(table, unit=1000)"
             )
 
@@ -132,20 +134,36 @@ def _signed(value: float) -> str:
 
 # Lee, Joo & Park 2003, tables 2.1–2.3: c1 s1 c2 s2 in km, w in (km/s²)², identified for inputs of 1, 10 and 100 m/s²
 _LEE_1 = [
-    (2.330, 0.376, 0.254, 2.591, 0.215e-5), (-0.934, 3.615, -1.994, 4.134, 0.399e-5), (1.273, 1.904, -1.660, 0.438, 0.400e-5),
-    (2.453, 2.436, -0.915, 5.081, 0.395e-5), (2.626, 2.264, -0.413, 2.913, 0.398e-5), (2.445, 0.937, 2.659, 5.467, 0.388e-5),
-    (1.440, 2.979, 0.491, 3.385, 0.400e-5), (0.541, 1.400, -0.120, 5.353, 0.400e-5), (1.281, 3.035, -0.194, 2.300, 0.397e-5),
-]  # fmt: skip
+    (2.330, 0.376, 0.254, 2.591, 0.215e-5),
+    (-0.934, 3.615, -1.994, 4.134, 0.399e-5),
+    (1.273, 1.904, -1.660, 0.438, 0.400e-5),
+    (2.453, 2.436, -0.915, 5.081, 0.395e-5),
+    (2.626, 2.264, -0.413, 2.913, 0.398e-5),
+    (2.445, 0.937, 2.659, 5.467, 0.388e-5),
+    (1.440, 2.979, 0.491, 3.385, 0.400e-5),
+    (0.541, 1.400, -0.120, 5.353, 0.400e-5),
+    (1.281, 3.035, -0.194, 2.300, 0.397e-5),
+]
 _LEE_10 = [
-    (0.290, 2.588, -0.311, 3.965, 0.120e-3), (-0.262, 0.128, -0.007, 0.732, 0.055e-3), (-0.246, 0.188, 1.302, 2.340, 0.056e-3),
-    (-1.330, 0.634, -1.800, 1.737, 0.115e-3), (0.464, 0.568, -0.235, 0.486, 0.121e-3), (-1.903, 0.705, -0.399, 3.820, 0.100e-3),
-    (-1.891, 0.140, -1.747, 0.494, 0.108e-3), (-0.976, 0.187, -1.366, 4.191, 0.039e-3),
-]  # fmt: skip
+    (0.290, 2.588, -0.311, 3.965, 0.120e-3),
+    (-0.262, 0.128, -0.007, 0.732, 0.055e-3),
+    (-0.246, 0.188, 1.302, 2.340, 0.056e-3),
+    (-1.330, 0.634, -1.800, 1.737, 0.115e-3),
+    (0.464, 0.568, -0.235, 0.486, 0.121e-3),
+    (-1.903, 0.705, -0.399, 3.820, 0.100e-3),
+    (-1.891, 0.140, -1.747, 0.494, 0.108e-3),
+    (-0.976, 0.187, -1.366, 4.191, 0.039e-3),
+]
 _LEE_100 = [
-    (-2.533, 0.568, -1.577, 3.607, 0.026e-1), (0.302, 1.327, 0.806, 0.039, 0.100e-1), (0.528, 0.265, -0.381, 2.963, 0.096e-1),
-    (-0.895, 0.350, 0.722, 2.050, 0.040e-1), (-0.084, 0.204, 0.241, 2.091, 0.083e-1), (-1.883, 0.293, -2.276, 1.568, 0.058e-1),
-    (-1.072, 0.314, -2.166, 0.692, 0.057e-1), (0.944, 0.118, 1.267, 2.539, 0.046e-1),
-]  # fmt: skip
+    (-2.533, 0.568, -1.577, 3.607, 0.026e-1),
+    (0.302, 1.327, 0.806, 0.039, 0.100e-1),
+    (0.528, 0.265, -0.381, 2.963, 0.096e-1),
+    (-0.895, 0.350, 0.722, 2.050, 0.040e-1),
+    (-0.084, 0.204, 0.241, 2.091, 0.083e-1),
+    (-1.883, 0.293, -2.276, 1.568, 0.058e-1),
+    (-1.072, 0.314, -2.166, 0.692, 0.057e-1),
+    (0.944, 0.118, 1.267, 2.539, 0.046e-1),
+]
 
 PUBLISHED: dict[str, tuple[FuzzyRules, ...]] = {
     "lee-2003": tuple(FuzzyRules.of(table, unit=1000.0) for table in (_LEE_1, _LEE_10, _LEE_100))

@@ -1,12 +1,12 @@
 """Motion models: how a target may move between two measurements, and how uncertain that is.
 
-Each is a frozen description; the axes (1 to 3) come from the sensor. States are interleaved per axis, ``px vx (ax) py vy (ay) ...``,
-a turn rate last. Process noise is given in one of the field's parameterisations, which the parameter's name says:
-``acceleration_sd`` (constant over a step, G = [T²/2, T]) or ``acceleration_psd`` (white), and so on. A number holds for all
-axes; a sequence gives one per axis.
+Each is a frozen description; the axes (1 to 3) come from the sensor. States are interleaved per axis, ``px vx (ax) py
+vy (ay) ...``, a turn rate last. Process noise is given in one of the field's parameterisations, which the parameter's
+name says: ``acceleration_sd`` (constant over a step, G = [T²/2, T]) or ``acceleration_psd`` (white), and so on. A
+number holds for all axes; a sequence gives one per axis.
 
-A model of your own is any object with ``f(x, dt)`` (vectorised over tracks), ``Q(dt)`` and optionally ``jacobian(x, dt)``; see
-:mod:`jink.stepwise`.
+A model of your own is any object with ``f(x, dt)`` (vectorised over tracks), ``Q(dt)`` and optionally ``jacobian(x,
+dt)``; see :mod:`jink.stepwise`.
 """
 
 from collections.abc import Sequence
@@ -71,9 +71,9 @@ class ConstantAcceleration:
     """Constant acceleration with random changes, state [p v a] per axis.
 
     F = [1 T T²/2; 0 1 T; 0 0 1];  jerk_psd q: Q = q [T⁵/20 T⁴/8 T³/6; T⁴/8 T³/3 T²/2; T³/6 T²/2 T];
-    acceleration_increment_sd σ: Q = σ² G Gᵀ, G = [T²/2, T, 1], the change of the acceleration in one scan, whatever its length.
-    acceleration_prior_sd (m/s²) is the acceleration's sd when a track starts, and when an IMM enters this mode from one
-    without acceleration. Source: Bar-Shalom, Li & Kirubarajan 2001, §6.2.3, §6.3.3.
+    acceleration_increment_sd σ: Q = σ² G Gᵀ, G = [T²/2, T, 1], the change of the acceleration in one scan, whatever its
+    length. acceleration_prior_sd (m/s²) is the acceleration's sd when a track starts, and when an IMM enters this mode
+    from one without acceleration. Source: Bar-Shalom, Li & Kirubarajan 2001, §6.2.3, §6.3.3.
     """
 
     jerk_psd: PerAxis | None = None
@@ -97,9 +97,7 @@ class ConstantAcceleration:
         """What the engine runs."""
         name, value = self._noise()
         prior = [
-            v
-            for a in per_axis("acceleration_prior_sd", self.acceleration_prior_sd, axes)
-            for v in (0.0, 0.0, a * a)
+            v for a in per_axis("acceleration_prior_sd", self.acceleration_prior_sd, axes) for v in (0.0, 0.0, a * a)
         ]
         return NativeMode(
             kind=MotionKind.constant_acceleration,
@@ -114,8 +112,9 @@ class ConstantAcceleration:
 class Singer:
     """Exponentially correlated acceleration, state [p v a] per axis.
 
-    ȧ = −a/τ + w with stationary sd ``acceleration_sd`` σ (m/s²) and ``time_constant`` τ (s); Φ and Q exact, by series where the
-    closed form cancels (T/τ < 1). Source: Singer, IEEE Trans. AES-6(4), 1970; Bar-Shalom, Li & Kirubarajan 2001, §8.2.
+    ȧ = −a/τ + w with stationary sd ``acceleration_sd`` σ (m/s²) and ``time_constant`` τ (s); Φ and Q exact, by series
+    where the closed form cancels (T/τ < 1). Source: Singer, IEEE Trans. AES-6(4), 1970; Bar-Shalom, Li & Kirubarajan
+    2001, §8.2.
     """
 
     acceleration_sd: PerAxis
@@ -140,12 +139,13 @@ class Singer:
 
 @dataclass(frozen=True, kw_only=True)
 class CoordinatedTurn:
-    """Horizontal turn at an unknown rate ω, state [px vx py vy (pz vz) ω]; the vertical is a constant velocity of its own.
+    """Horizontal turn at an unknown rate ω, state [px vx py vy (pz vz) ω]; the vertical is a constant velocity of its
+    own.
 
-    p' = p + T S(ωT) v, v' = R(ωT) v (rotation, positive counter-clockwise), exact Jacobian, finite and accurate through ω = 0.
-    Noise: acceleration_sd or acceleration_psd as for :class:`ConstantVelocity`; turn_rate_sd (rad/s, the change in one scan)
-    or turn_rate_psd (rad²/s³, white turn acceleration: variance psd·T). turn_rate_prior_sd (rad/s) holds when a track starts
-    and when an IMM enters this mode. Source: Bar-Shalom, Li & Kirubarajan 2001, §11.7.1 to 11.7.2.
+    p' = p + T S(ωT) v, v' = R(ωT) v (rotation, positive counter-clockwise), exact Jacobian, finite and accurate through
+    ω = 0. Noise: acceleration_sd or acceleration_psd as for :class:`ConstantVelocity`; turn_rate_sd (rad/s, the change
+    in one scan) or turn_rate_psd (rad²/s³, white turn acceleration: variance psd·T). turn_rate_prior_sd (rad/s) holds
+    when a track starts and when an IMM enters this mode. Source: Bar-Shalom, Li & Kirubarajan 2001, §11.7.1 to 11.7.2.
     """
 
     acceleration_sd: PerAxis | None = None
@@ -162,9 +162,7 @@ class CoordinatedTurn:
 
     def _noise(self) -> tuple[str, PerAxis, str, float]:
         owner = type(self).__name__
-        name = exactly_one(
-            owner, acceleration_sd=self.acceleration_sd, acceleration_psd=self.acceleration_psd
-        )
+        name = exactly_one(owner, acceleration_sd=self.acceleration_sd, acceleration_psd=self.acceleration_psd)
         turn = exactly_one(owner, turn_rate_sd=self.turn_rate_sd, turn_rate_psd=self.turn_rate_psd)
         return name, getattr(self, name), turn, getattr(self, turn)
 
@@ -226,9 +224,7 @@ class KnownTurn:
 
 def _needs_a_plane(motion: object, axes: int) -> None:
     if axes < 2:
-        raise ValueError(
-            f"{type(motion).__name__}: turns in a plane, and the sensor has 1 axis; expected 2 or 3"
-        )
+        raise ValueError(f"{type(motion).__name__}: turns in a plane, and the sensor has 1 axis; expected 2 or 3")
 
 
 class NativeMotion(Protocol):
@@ -263,9 +259,7 @@ def mode_names(motions: Sequence[object]) -> tuple[str, ...]:
     names: list[str] = []
     for motion in motions:
         name = str(getattr(motion, "name", type(motion).__name__))
-        seen = sum(
-            1 for n in names if n == name or (n.rpartition("_")[0] == name and n.rpartition("_")[2].isdigit())
-        )
+        seen = sum(1 for n in names if n == name or (n.rpartition("_")[0] == name and n.rpartition("_")[2].isdigit()))
         names.append(name if not seen else f"{name}_{seen + 1}")
     return tuple(names)
 

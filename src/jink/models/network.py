@@ -34,7 +34,8 @@ class Network:
             before = w.shape[-1] if layer == 0 else len(biases[layer - 1])
             if w.ndim != 2 or w.shape != (b.size, before) or b.ndim != 1:
                 raise ValueError(
-                    f"Network: layer {layer} has weights {w.shape} and biases {b.shape}; expected (n, {before}) and (n,)"
+                    f"Network: layer {layer} has weights {w.shape} and biases {b.shape}; expected (n, {before}) "
+                    "and (n,)"
                 )
             if not (np.isfinite(w).all() and np.isfinite(b).all()):
                 raise ValueError(f"Network: layer {layer} has numbers that are not finite")

@@ -19,13 +19,14 @@ LEAST_NIS = 0.01  # log NIS is log(NIS + this): below it a residual says nothing
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseNetwork:
-    """The variance q of the acceleration noise (m²/s⁴) for a scan, from the one before and how well that explains the measurement.
+    """The variance q of the acceleration noise (m²/s⁴) for a scan, from the one before and how well that explains the
+    measurement.
 
-    With P⁻ of the last q and S = H P⁻ Hᵀ + R along x and along y: inputs "likelihood" (q, N(νx; 0, Sx), N(νy; 0, Sy)) as published;
-    "log-nis" (log q, log(νx²/Sx + .01), log(νy²/Sy + .01)). With y = network((u − centre)/scale): output "variance"
-    q = clip(output_centre + output_scale · y, least, most); "log-variance" q = least (most/least)^σ(y), σ the logistic function.
-    The new q then gives the P⁻ of the update. Before the first update the last q is ``start``. sensor_sd (m) is that of the
-    measurements it was trained on.
+    With P⁻ of the last q and S = H P⁻ Hᵀ + R along x and along y: inputs "likelihood" (q, N(νx; 0, Sx), N(νy; 0, Sy))
+    as published; "log-nis" (log q, log(νx²/Sx + .01), log(νy²/Sy + .01)). With y = network((u − centre)/scale): output
+    "variance" q = clip(output_centre + output_scale · y, least, most); "log-variance" q = least (most/least)^σ(y), σ
+    the logistic function. The new q then gives the P⁻ of the update. Before the first update the last q is ``start``.
+    sensor_sd (m) is that of the measurements it was trained on.
 
     Source: Choi, Samal & Ahn 2001, §3 (parameter-based design); the logarithmic forms are jink's.
     """
@@ -47,20 +48,17 @@ class NoiseNetwork:
         if self.inputs not in INPUTS:
             raise ValueError(f"NoiseNetwork.inputs: expected one of {', '.join(INPUTS)}, got {self.inputs!r}")
         if self.output not in OUTPUTS:
-            raise ValueError(
-                f"NoiseNetwork.output: expected one of {', '.join(OUTPUTS)}, got {self.output!r}"
-            )
+            raise ValueError(f"NoiseNetwork.output: expected one of {', '.join(OUTPUTS)}, got {self.output!r}")
         if (self.network.inputs, self.network.outputs) != (3, 1):
             raise ValueError(
-                f"NoiseNetwork.network: expected 3 inputs and 1 output, got {self.network.inputs} and {self.network.outputs}"
+                f"NoiseNetwork.network: expected 3 inputs and 1 output, got {self.network.inputs} and "
+                f"{self.network.outputs}"
             )
         _scaling(self, 3)
         if not positive("NoiseNetwork.least", self.least) < positive("NoiseNetwork.most", self.most):
             raise ValueError(f"NoiseNetwork.least: expected below most, got {self.least:g} and {self.most:g}")
         if not self.least <= self.start <= self.most:
-            raise ValueError(
-                f"NoiseNetwork.start: expected {self.least:g} to {self.most:g}, got {self.start:g}"
-            )
+            raise ValueError(f"NoiseNetwork.start: expected {self.least:g} to {self.most:g}, got {self.start:g}")
 
     def check_units(self, sensor_sd: float) -> None:
         """Was this network trained on residuals such a sensor (sd in m) gives?
@@ -83,9 +81,13 @@ class NoiseNetwork:
             raise ValueError("NoiseNetwork.scaled: expected log-nis inputs and a known sensor_sd")
         factor = (positive("sensor_sd", sensor_sd) / self.sensor_sd) ** 2
         return replace(
-            self, least=self.least * factor, most=self.most * factor, start=self.start * factor, sensor_sd=sensor_sd,
+            self,
+            least=self.least * factor,
+            most=self.most * factor,
+            start=self.start * factor,
+            sensor_sd=sensor_sd,
             centre=(self.centre[0] + float(np.log(factor)), *self.centre[1:]),
-        )  # fmt: skip
+        )
 
     def features(self, q: Array, residual: Array, S: Array) -> Array:
         """u (N, 3) from the last q (N,), residuals (N, 2) in m and their variances (N, 2)."""
@@ -96,9 +98,7 @@ class NoiseNetwork:
 
     def __call__(self, u: ArrayLike) -> Array:
         """q (N,) for features u (N, 3)."""
-        y = self.network((np.asarray(u, dtype=float) - np.asarray(self.centre)) / np.asarray(self.scale))[
-            :, 0
-        ]
+        y = self.network((np.asarray(u, dtype=float) - np.asarray(self.centre)) / np.asarray(self.scale))[:, 0]
         if self.output == "variance":
             return np.clip(self.output_centre + self.output_scale * y, self.least, self.most)
         return self.least * (self.most / self.least) ** (0.5 * (1 + np.tanh(0.5 * y)))
@@ -108,9 +108,9 @@ class NoiseNetwork:
 class ModeNetwork:
     """The weights of M modes, from those of the scan before and how well each mode explains the measurement.
 
-    u = (w₁ … w_M of the scan before, log(NIS₁/m + .01) … log(NIS_M/m + .01)), m the number of measured components; scores
-    s = network((u − centre)/scale); the ``best`` highest are kept, w = softmax of those, zero for the rest. All modes go on from
-    the combined estimate. Before the first update the weights are equal.
+    u = (w₁ … w_M of the scan before, log(NIS₁/m + .01) … log(NIS_M/m + .01)), m the number of measured components;
+    scores s = network((u − centre)/scale); the ``best`` highest are kept, w = softmax of those, zero for the rest. All
+    modes go on from the combined estimate. Before the first update the weights are equal.
 
     Source: Choi, Samal & Ahn 2001, eq. 8 and §3 (mode-based design: "choosing k modes"); the inputs are jink's.
     """
@@ -129,9 +129,7 @@ class ModeNetwork:
             )
         _scaling(self, 2 * modes)
         if int(self.best) != self.best or not 1 <= self.best <= modes:
-            raise ValueError(
-                f"ModeNetwork.best: expected a whole number from 1 to {modes}, got {self.best!r}"
-            )
+            raise ValueError(f"ModeNetwork.best: expected a whole number from 1 to {modes}, got {self.best!r}")
 
     def __call__(self, weights: Array, nis: Array, dof: int) -> Array:
         """w (N, M) from the last weights (N, M) and NIS (N, M) of dof components."""

@@ -1,4 +1,6 @@
-"""Which modes of a filter are those of a target that does not manoeuvre: the one definition, which `Estimate` applies."""
+"""Which modes of a filter are those of a target that does not manoeuvre: the one definition, which `Estimate`
+applies.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +14,9 @@ NEAR = 4.0  # times the least noise's sd: what is still as good as straight
 def non_manoeuvring_modes(motions: Sequence[Any], axes: int) -> tuple[bool, ...]:
     """Of each mode whether a target in it flies straight; all False where the modes do not tell manoeuvres apart.
 
-    Straight is a motion model that is not ``manoeuvring`` (constant velocity, a known acceleration or turn rate of zero). Among
-    several with noise the noise says it: no more than 4 times the least of them (as sd), and nearer to the least than to the most. A
-    single mode, and modes all of which manoeuvre, tell nothing.
+    Straight is a motion model that is not ``manoeuvring`` (constant velocity, a known acceleration or turn rate of
+    zero). Among several with noise the noise says it: no more than 4 times the least of them (as sd), and nearer to the
+    least than to the most. A single mode, and modes all of which manoeuvre, tell nothing.
     """
     still = [i for i, m in enumerate(motions) if not getattr(m, "manoeuvring", True)]
     if len(motions) < 2 or not still:
@@ -26,5 +28,7 @@ def non_manoeuvring_modes(motions: Sequence[Any], axes: int) -> tuple[bool, ...]
 
 
 def _noise_sd(motion: Any, axes: int) -> float:
-    """Of the acceleration along the first axis; a density counts as that of steps of one second, a model of your own as none."""
+    """Of the acceleration along the first axis; a density counts as that of steps of one second, a model of your own as
+    none.
+    """
     return sqrt(motion.native(axes).parameters[0]) if hasattr(motion, "native") else 0.0

@@ -21,10 +21,11 @@ class Moving(Protocol):
 
 
 class Observed:
-    """Answers for a sensor that has ``components``, ``axes`` and ``native``; a sensor replaces what is different with it.
+    """Answers for a sensor that has ``components``, ``axes`` and ``native``; a sensor replaces what is different with
+    it.
 
-    cartesian: it measures positions and velocities in metres, so that its noise is the same everywhere; locates: one measurement
-    tells a position.
+    cartesian: it measures positions and velocities in metres, so that its noise is the same everywhere; locates: one
+    measurement tells a position.
     """
 
     cartesian: ClassVar[bool] = False
@@ -46,7 +47,9 @@ class Observed:
         return self.cartesian and len(self.components) == self.axes  # type: ignore[attr-defined]
 
     def observe(self, truth: Moving) -> Array:
-        """h of the truth without noise, (..., m); at height 0 where it has none, without the height that no component is of."""
+        """h of the truth without noise, (..., m); at height 0 where it has none, without the height that no component
+        is of.
+        """
         raise NotImplementedError
 
     def positions(self, z: Array) -> Array:
@@ -58,7 +61,9 @@ class Observed:
         return None
 
     def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
-        """How far apart measurements of targets can lie, by component, where these lie within so many m and are no faster (m/s)."""
+        """How far apart measurements of targets can lie, by component, where these lie within so many m and are no
+        faster (m/s).
+        """
         raise NotImplementedError
 
 

@@ -11,9 +11,10 @@ class Outliers:
     """A measurement is the target's with probability 1 − share, else anything within the sensor's extent.
 
     p(z) = (1 − ε) Σⱼ cⱼ N(z; ẑⱼ, Sⱼ) + ε / V,   V = the product of the extents of the measured components.
-    The log-likelihood is that of this mixture; a row that is likelier an outlier is gated (treated as missing), and after
-    ``restart_after`` gated rows in a row (0: never) the track starts again from the last of them. ``extent`` (m) holds for
-    positions and ranges, or is one number per component; angles have 2π, velocities ``velocity_extent`` (m/s).
+    The log-likelihood is that of this mixture; a row that is likelier an outlier is gated (treated as missing), and
+    after ``restart_after`` gated rows in a row (0: never) the track starts again from the last of them. ``extent`` (m)
+    holds for positions and ranges, or is one number per component; angles have 2π, velocities ``velocity_extent``
+    (m/s).
     """
 
     share: float = 0.01
@@ -28,6 +29,4 @@ class Outliers:
             positive("Outliers.extent", extent)
         positive("Outliers.velocity_extent", self.velocity_extent)
         if int(self.restart_after) != self.restart_after or self.restart_after < 0:
-            raise ValueError(
-                f"Outliers.restart_after: expected a whole number of rows, got {self.restart_after!r}"
-            )
+            raise ValueError(f"Outliers.restart_after: expected a whole number of rows, got {self.restart_after!r}")

@@ -1,9 +1,11 @@
 """Sensors: what is measured, and how uncertain that is.
 
-``sd`` are standard deviations, ``covariance`` a full matrix; either may be overridden row by row when filtering. A sensor of
-your own is any object with ``rows`` (components), ``axes``, ``h(x)`` (vectorised over tracks), ``R`` and optionally
-``jacobian(x)`` and ``residual(z, h)``; see :mod:`jink.stepwise`.
+``sd`` are standard deviations, ``covariance`` a full matrix; either may be overridden row by row when filtering. A
+sensor of your own is any object with ``rows`` (components), ``axes``, ``h(x)`` (vectorised over tracks), ``R`` and
+optionally ``jacobian(x)`` and ``residual(z, h)``; see :mod:`jink.stepwise`.
 """
+
+from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -67,7 +69,12 @@ class Position(Observed):
         correlated, noise = _noise(sd, self.covariance, self.axes)
         extent = _extents(outliers, "p" * self.axes)
         return NativeSensor(
-            kind=SensorKind.position, axes=self.axes, rows=self.axes, noise=noise, correlated=correlated, log_extent=extent
+            kind=SensorKind.position,
+            axes=self.axes,
+            rows=self.axes,
+            noise=noise,
+            correlated=correlated,
+            log_extent=extent,
         )
 
     def observe(self, truth: Moving) -> Array:
@@ -87,7 +94,8 @@ class Position(Observed):
 class PositionVelocity(Observed):
     """Cartesian position and velocity (ADS-B, GPS), z = [p…, v…] + noise; sd (m), velocity_sd (m/s), or covariance.
 
-    For AIS speed and course see :meth:`from_speed_course`. Where the velocity is missing it updates with the position alone.
+    For AIS speed and course see :meth:`from_speed_course`. Where the velocity is missing it updates with the position
+    alone.
     """
 
     sd: PerAxis | None = None
@@ -137,7 +145,9 @@ class PositionVelocity(Observed):
         return z[..., self.axes :]
 
     def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
-        """How far apart measurements can lie, by component; velocities of opposite targets differ by twice the speed."""
+        """How far apart measurements can lie, by component; velocities of opposite targets differ by twice the
+        speed.
+        """
         return (*(horizontal, horizontal, vertical)[: self.axes], *(2 * speed,) * self.axes)
 
     @staticmethod
@@ -171,7 +181,8 @@ class PositionVelocity(Observed):
 
 @dataclass(frozen=True)
 class Bearing(Observed):
-    """Azimuth (rad) of the target from a site: clockwise from +y (north), or with reference="east" counter-clockwise from +x.
+    """Azimuth (rad) of the target from a site: clockwise from +y (north), or with reference="east" counter-clockwise
+    from +x.
 
     A bearing alone starts no track: give ``initial=jink.Prior(...)`` or a second sensor.
     """
@@ -214,11 +225,12 @@ class Bearing(Observed):
 
 @dataclass(frozen=True, kw_only=True)
 class Polar(Observed):
-    """Radar: range (m), azimuth (rad), optionally elevation (rad) or height (m), optionally range rate (m/s), from a site.
+    """Radar: range (m), azimuth (rad), optionally elevation (rad) or height (m), optionally range rate (m/s), from a
+    site.
 
-    Columns of z in that order. Azimuth is clockwise from +y (north), or with reference="east" counter-clockwise from +x.
-    With a height the range is a slant range. method="ekf" linearises at the prediction (or ``linearisation="ukf"`` of the
-    filter); method="converted" turns each measurement into an unbiased Cartesian one with its own covariance
+    Columns of z in that order. Azimuth is clockwise from +y (north), or with reference="east" counter-clockwise from
+    +x. With a height the range is a slant range. method="ekf" linearises at the prediction (or ``linearisation="ukf"``
+    of the filter); method="converted" turns each measurement into an unbiased Cartesian one with its own covariance
     (Longbin, Xiaoquan, Yizu, Kang & Bar-Shalom, IEEE Trans. AES-34(3), 1998), without the range rate.
     """
 
@@ -239,9 +251,7 @@ class Polar(Observed):
         if self.axes is None:
             object.__setattr__(self, "axes", 3 if spatial else 2)
         if self.axes == 2 and spatial:
-            raise ValueError(
-                "Polar: axes=2 has no vertical for elevation_sd or height_sd to measure; expected axes=3"
-            )
+            raise ValueError("Polar: axes=2 has no vertical for elevation_sd or height_sd to measure; expected axes=3")
         if self.method not in ("ekf", "converted"):
             raise ValueError(f"method: expected 'ekf' or 'converted', got {self.method!r}")
         if self.method == "converted" and self.range_rate_sd is not None:
@@ -254,13 +264,7 @@ class Polar(Observed):
     def components(self) -> tuple[str, ...]:
         """Names of the columns of z."""
         names = ["range", "azimuth"]
-        names += (
-            ["elevation"]
-            if self.elevation_sd is not None
-            else ["height"]
-            if self.height_sd is not None
-            else []
-        )
+        names += ["elevation"] if self.elevation_sd is not None else ["height"] if self.height_sd is not None else []
         return (*names, "range_rate") if self.range_rate_sd is not None else tuple(names)
 
     def native(self, outliers: Outliers | None = None) -> NativeSensor:
@@ -286,7 +290,7 @@ class Polar(Observed):
         )
 
     @property
-    def _vertical(self) -> native.Vertical:
+    def _vertical(self) -> Vertical:  # pyright: ignore[reportInvalidTypeForm]
         if self.elevation_sd is not None:
             return Vertical.elevation
         return Vertical.none if self.height_sd is None else Vertical.height
@@ -296,14 +300,22 @@ class Polar(Observed):
         return from_site(truth, self.components, self.axes or 2, self.site, self.reference)
 
     def positions(self, z: Array) -> Array:
-        """In three axes where there is an elevation or a height; without, ranges are taken as those along the ground."""
+        """In three axes where there is an elevation or a height; without, ranges are taken as those along the
+        ground.
+        """
         return to_positions(z, self.components, self.site, self.reference)
 
     def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
         """How far apart measurements can lie, by component; converted ones are positions."""
         if self.method == "converted":
             return (horizontal, horizontal, vertical)[: self.axes]
-        whole = {"range": horizontal, "azimuth": 2 * pi, "elevation": 2 * pi, "height": vertical, "range_rate": 2 * speed}
+        whole = {
+            "range": horizontal,
+            "azimuth": 2 * pi,
+            "elevation": 2 * pi,
+            "height": vertical,
+            "range_rate": 2 * speed,
+        }
         return tuple(whole[name] for name in self.components)
 
 

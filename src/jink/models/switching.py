@@ -11,9 +11,11 @@ from ..checks import Array, numbers, positive
 
 @dataclass(frozen=True, eq=False)
 class Sojourn:
-    """Mode switching in continuous time: mean ``seconds`` spent in each mode, then ``to`` (rows sum to one, diagonal zero).
+    """Mode switching in continuous time: mean ``seconds`` spent in each mode, then ``to`` (rows sum to one, diagonal
+    zero).
 
-    Gᵢᵢ = −1/secondsᵢ, Gᵢⱼ = toᵢⱼ/secondsᵢ, transition over dt = exp(G dt). Without ``to`` the others are equally likely.
+    Gᵢᵢ = −1/secondsᵢ, Gᵢⱼ = toᵢⱼ/secondsᵢ, transition over dt = exp(G dt). Without ``to`` the others are equally
+    likely.
     """
 
     seconds: Sequence[float]
@@ -21,13 +23,9 @@ class Sojourn:
 
     def generator(self, modes: int) -> Array:
         """G (M, M), 1/s. Errors: ValueError for the wrong number of modes or rows that do not sum to one."""
-        rates = [
-            1.0 / positive("Sojourn.seconds", s) for s in numbers("Sojourn.seconds", self.seconds).ravel()
-        ]
+        rates = [1.0 / positive("Sojourn.seconds", s) for s in numbers("Sojourn.seconds", self.seconds).ravel()]
         if len(rates) != modes:
-            raise ValueError(
-                f"Sojourn.seconds: expected one number for each of {modes} modes, got {len(rates)}"
-            )
+            raise ValueError(f"Sojourn.seconds: expected one number for each of {modes} modes, got {len(rates)}")
         if self.to is None:
             to = (np.ones((modes, modes)) - np.eye(modes)) / max(modes - 1, 1)
         else:
@@ -44,7 +42,8 @@ class Sojourn:
 def transition_rule(transition: object, step: float | None, modes: int) -> tuple[bool, Array]:
     """(continuous, matrix): a row-stochastic matrix per scan, or the generator of a continuous-time chain.
 
-    transition: a stay probability, a matrix, or a :class:`Sojourn`; with ``step`` (s) the matrix holds for that elapsed time.
+    transition: a stay probability, a matrix, or a :class:`Sojourn`; with ``step`` (s) the matrix holds for that elapsed
+    time.
     """
     if isinstance(transition, Sojourn):
         return True, transition.generator(modes)
@@ -54,11 +53,7 @@ def transition_rule(transition: object, step: float | None, modes: int) -> tuple
         if not 0 < stay <= 1:
             raise ValueError(f"transition: a stay probability lies above 0 and at most at 1, got {stay:g}")
         others = (1 - stay) / max(modes - 1, 1)
-        matrix = (
-            np.full((modes, modes), others) + (stay - others) * np.eye(modes)
-            if modes > 1
-            else np.ones((1, 1))
-        )
+        matrix = np.full((modes, modes), others) + (stay - others) * np.eye(modes) if modes > 1 else np.ones((1, 1))
     if matrix.shape != (modes, modes):
         raise ValueError(f"transition: expected a {modes} by {modes} matrix, got shape {matrix.shape}")
     if np.any(~np.isfinite(matrix)) or np.any(matrix < 0):

@@ -18,11 +18,11 @@ OF_TRACKS = ("owner", "family")
 class Tracks:
     """Measurements of many tracks laid end to end, as ``filter`` takes them, and what is known about them.
 
-    time (N,), z (N, m) and offsets (B + 1,), where tracks begin and the last one ends; covariance (N, m, m) or variances (N, m) and
-    sensor (N,) of each row, None where they do not differ. truth (N, c) in the reported ``components``, NaN where unknown;
-    counts (N,) rows that errors are counted in; new (N,) rows that likelihoods are counted in, those that do not repeat the
-    measurement before; owner (B,) whose tracks are never parted (a target, a run); family (B,) from 0, of data whose errors are
-    measured apart.
+    time (N,), z (N, m) and offsets (B + 1,), where tracks begin and the last one ends; covariance (N, m, m) or
+    variances (N, m) and sensor (N,) of each row, None where they do not differ. truth (N, c) in the reported
+    ``components``, NaN where unknown; counts (N,) rows that errors are counted in; new (N,) rows that likelihoods are
+    counted in, those that do not repeat the measurement before; owner (B,) whose tracks are never parted (a target, a
+    run); family (B,) from 0, of data whose errors are measured apart.
     """
 
     time: Array
@@ -80,8 +80,8 @@ class Tracks:
         return replace(self, **self._cut(OF_ROWS, rows), **self._cut(OF_TRACKS, tracks), offsets=offsets)
 
     def doubled(self) -> Tracks:
-        """Every row twice, first without its measurement: that estimate is the prediction for its time, z, covariance and sensor
-        alone being kept."""
+        """Every row twice, first without its measurement: that estimate is the prediction for its time, z, covariance
+        and sensor alone being kept."""
         z = np.full((2 * self.rows, self.z.shape[1]), np.nan)
         z[1::2] = self.z
         twice: dict[str, Any] = {
@@ -92,7 +92,9 @@ class Tracks:
 
     @property
     def repeated(self) -> np.ndarray:
-        """Which components (N, m) of measurements equal, to the last bit, the one measured before them in their track."""
+        """Which components (N, m) of measurements equal, to the last bit, the one measured before them in their
+        track.
+        """
         rows = np.arange(self.rows)
         first = np.repeat(self.first, self.lengths)
         out = np.zeros(self.z.shape, bool)

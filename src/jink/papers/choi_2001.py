@@ -18,7 +18,9 @@ from .drawing import Chart, Drawing, Line
 from .learned import Models, each_seed
 from .paper import POSITION, Experiment, Maker, Paper, named
 
-SOURCE = "Choi, Samal & Ahn, On Neural-Net Based Variable Structure Multiple Model Method: Neural-Net Design, 2001, table 3"
+SOURCE = (
+    "Choi, Samal & Ahn, On Neural-Net Based Variable Structure Multiple Model Method: Neural-Net Design, 2001, table 3"
+)
 STAY = 0.95
 # table 3, by training set (rows of the scenario): network and digraph switching (the mean of its three columns)
 NETWORK = {
@@ -80,10 +82,7 @@ FILTERS: dict[str, Callable[[Purpose], Named]] = {
 def networks(models: Models) -> dict[str, Sequence[Maker]]:
     """Networks that choose the process noise, or score modes of fixed noise, each trained from five seeds."""
     kinds = {
-        **{
-            f"nnvsmm, training {k}": (f"published-{k}", f"network as published, training set {k}")
-            for k in "123"
-        },
+        **{f"nnvsmm, training {k}": (f"published-{k}", f"network as published, training set {k}") for k in "123"},
         "nnvsmm, expected": ("expected", "the same, labels free of one run's noise, set 3"),
         "nnvsmm, end to end": ("end-to-end", "trained end to end on the tracking error, set 3, q 1 to 196"),
         "nnvsmm, wide": ("wide", "trained end to end on targets of all kinds, q 0.01 to 5000"),
@@ -157,17 +156,23 @@ CHOI_2001 = Paper(
     experiments=experiments,
     draw=draw,
     readings=(
-        "Circles are R (cos ωk, sin ωk), k = 1 … 20, about the origin; scenario 3's line starts where its circle ends; “10/π” is π/10.",
+        "Circles are R (cos ωk, sin ωk), k = 1 … 20, about the origin; scenario 3's line starts where its circle "
+        "ends; “10/π” is π/10.",
         "Process noise variance q means Q = q [¼ ½; ½ 1] per axis (T = 1), levels 1, 6, …, 196; both axes share it.",
         "Start by two points; position RMS over scans 3 to 20.",
-        "Digraph switching: active are the modes within ±1 (or ±2) places of the most probable one after each scan; start on q = 1; "
-        "stay 0.95, the rest equally to the active neighbours. None of this is stated, nor how the paper's three columns differ: "
+        "Digraph switching: active are the modes within ±1 (or ±2) places of the most probable one after each "
+        "scan; start on q = 1; "
+        "stay 0.95, the rest equally to the active neighbours. None of this is stated, nor how the paper's three "
+        "columns differ: "
         "their mean is shown.",
-        "Of the mode-based design the paper gives no bank, no figures and as its rule “like choosing k modes”: here a network scores six "
-        "of the levels (1, 6, 16, 41, 91, 196) from the last weights and log NIS of each, and the best three share the estimate.",
+        "Of the mode-based design the paper gives no bank, no figures and as its rule “like choosing k modes”: "
+        "here a network scores six "
+        "of the levels (1, 6, 16, 41, 91, 196) from the last weights and log NIS of each, and the best three "
+        "share the estimate.",
     ),
     remarks=(
-        "Digraph switching in scenario 2, published as 5.98, is not reached by any reading, nor does one reading give all four columns.",
+        "Digraph switching in scenario 2, published as 5.98, is not reached by any reading, nor does one reading "
+        "give all four columns.",
         "Most published figures for scenarios 2 to 4 are worse than not filtering (1.41, “raw”).",
     ),
 )

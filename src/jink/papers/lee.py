@@ -29,9 +29,7 @@ NOISE, BIAS, BIAS_PRIOR = (
 NAMES = ("aimm3", "aimm5", "fuzzy-imm")
 
 
-def adaptive(
-    name: str, levels: list[float], estimator: type[AugmentedAcceleration]
-) -> Callable[[Purpose], Named]:
+def adaptive(name: str, levels: list[float], estimator: type[AugmentedAcceleration]) -> Callable[[Purpose], Named]:
     """An adaptive IMM with these levels (m/s²) around the acceleration that such an estimator finds."""
 
     def make(purpose: Purpose) -> Named:
@@ -80,9 +78,7 @@ def experiment(published: Mapping[tuple[str, str], float], models: Models) -> Ex
             "aimm3": adaptive("aimm3", [-40.0, 0.0, 40.0], TwoStageAcceleration),
             "aimm5": adaptive("aimm5", [-40.0, -20.0, 0.0, 20.0, 40.0], TwoStageAcceleration),
             "fuzzy-imm": published_rules,
-            "ga": learned(
-                models, "lee-2003-ga", "fuzzy IMM, rules by our own run of the paper's GA, λ = 0.95"
-            ),
+            "ga": learned(models, "lee-2003-ga", "fuzzy IMM, rules by our own run of the paper's GA, λ = 0.95"),
             "ga, λ = 1": learned(models, "lee-2003-ga-error", "the same with λ = 1: the error alone"),
             "constants": constants,
             "best fuzzy": learned(
@@ -126,10 +122,7 @@ def errors(races: Mapping[str, Race]) -> list[Drawing]:
             title="Figure 3: the target's accelerations",
             x="scan",
             y="m/s²",
-            lines=[
-                Line(a, np.repeat(scans, 2)[1:], np.repeat(command[0, :, k], 2)[:-1])
-                for k, a in enumerate("xy")
-            ],
+            lines=[Line(a, np.repeat(scans, 2)[1:], np.repeat(command[0, :, k], 2)[:-1]) for k, a in enumerate("xy")],
         ),
         Chart(
             title="Figure 3: its track (one run)",
@@ -145,9 +138,7 @@ def errors(races: Mapping[str, Race]) -> list[Drawing]:
         for name in (*NAMES, "kalman-cv"):
             value = race.tallies[name].normalised_over_time(quantity)
             lines.append(Line(name, scans[race.skipped_scans :], value, faint=name not in NAMES))
-        out.append(
-            Chart(title=f"Figure 4: normalised {quantity} error", x="scan", y="", lines=lines, shaded=shaded)
-        )
+        out.append(Chart(title=f"Figure 4: normalised {quantity} error", x="scan", y="", lines=lines, shaded=shaded))
     return out
 
 
@@ -173,10 +164,14 @@ def draw(races: Mapping[str, Race]) -> list[Drawing]:
 
 READINGS = (
     "Number of scans, the windows' ends and Pa0 are not stated: 180 scans, ends inclusive, Pa0 = 1e-3 km²/s⁴.",
-    "Every filter runs along each axis by itself, mode probabilities included; ε is in km/s², the rules' outputs are variances and their "
+    "Every filter runs along each axis by itself, mode probabilities included; ε is in km/s², the rules' outputs "
+    "are variances and their "
     "residuals in km; start by two points.",
-    "Normalised error: RMS error over the measurements' in every scan, axes pooled, averaged over scans 3 to 180; the measured velocity is "
+    "Normalised error: RMS error over the measurements' in every scan, axes pooled, averaged over scans 3 to "
+    "180; the measured velocity is "
     "the difference of two positions.",
-    "The two-stage estimator's 0.01 and 0.001 km/s² are standard deviations per scan. Its printed S(k) = H U(k−1) is read as H U(k).",
-    "Δr is 0 at the first update; firing strengths are taken in logarithms, where the printed quotient is 0/0 far from every rule.",
+    "The two-stage estimator's 0.01 and 0.001 km/s² are standard deviations per scan. Its printed S(k) = H "
+    "U(k−1) is read as H U(k).",
+    "Δr is 0 at the first update; firing strengths are taken in logarithms, where the printed quotient is 0/0 "
+    "far from every rule.",
 )

@@ -7,7 +7,8 @@ from .paper import Paper
 
 LEE_2003 = Paper(
     name="lee-2003",
-    source="Lee, Joo & Park, A GA-Based IMM Method for Tracking a Maneuvering Target, Trans. KIEE 52D-1-3, 2003, table 3",
+    source="Lee, Joo & Park, A GA-Based IMM Method for Tracking a Maneuvering Target, Trans. KIEE 52D-1-3, 2003, "
+    "table 3",
     runs=2000,
     quick_runs=200,
     experiments=lambda models: [

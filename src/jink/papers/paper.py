@@ -93,10 +93,10 @@ def _seconds(filter: Any, simulation: Simulation) -> float:
 class Experiment:
     """A race on one scenario: the paper's filters beside the baselines that it left out.
 
-    filters by name, each made for the purpose, or several of one name, trained from different seeds, whose median counts;
-    metrics; published (filter, metric name): the paper's figures, also of filters that do not take part; first: scans that do
-    not count; baselines: names in the race; group: experiments of one group share a table of that heading; share of the
-    asked runs that this one takes.
+    filters by name, each made for the purpose, or several of one name, trained from different seeds, whose median
+    counts; metrics; published (filter, metric name): the paper's figures, also of filters that do not take part; first:
+    scans that do not count; baselines: names in the race; group: experiments of one group share a table of that
+    heading; share of the asked runs that this one takes.
     """
 
     name: str
@@ -119,9 +119,7 @@ class Experiment:
         """All filters as the race takes them."""
         out: dict[str, Maker] = {}
         for name, given in self.filters.items():
-            out.update(
-                zip(self.members(name), given if isinstance(given, Sequence) else [given], strict=True)
-            )
+            out.update(zip(self.members(name), given if isinstance(given, Sequence) else [given], strict=True))
         return out
 
 
@@ -129,8 +127,8 @@ class Experiment:
 class Paper:
     """One paper: what it is, its experiments, the readings taken where it leaves something open, its drawings.
 
-    runs and quick_runs: Monte Carlo runs by default and with --quick; experiments(models) with the learned filters as they come
-    with the package or trained again; draw(experiment name → race) → the paper's figures.
+    runs and quick_runs: Monte Carlo runs by default and with --quick; experiments(models) with the learned filters as
+    they come with the package or trained again; draw(experiment name → race) → the paper's figures.
     """
 
     name: str
@@ -174,18 +172,16 @@ def rows_of(experiment: Experiment, race: Race) -> list[Row]:
             found = median(experiment, race, name, metric)[1]
             if claimed is None and math.isnan(found.value):
                 continue
-            rows.append(
-                Row(experiment.name, name, metric.name, claimed, _plain(found.value), _plain(found.se))
-            )
+            rows.append(Row(experiment.name, name, metric.name, claimed, _plain(found.value), _plain(found.se)))
     return rows
 
 
 def median(experiment: Experiment, race: Race, name: str, metric: Metric) -> tuple[str, Figure]:
-    """The race's name and figure of a filter; of several seeds the one in the middle. NaN where it did not take part."""
+    """The race's name and figure of a filter; of several seeds the one in the middle. NaN where it did not take
+    part.
+    """
     there = [member for member in experiment.members(name) if member in race.tallies]
-    found = sorted(
-        ((member, metric.measure(race, member)) for member in there), key=lambda each: each[1].value
-    )
+    found = sorted(((member, metric.measure(race, member)) for member in there), key=lambda each: each[1].value)
     return found[(len(found) - 1) // 2] if found else (name, NAN)
 
 

@@ -15,7 +15,9 @@ from .paper import Experiment, Paper, Row, rows_of
 
 @dataclass
 class Outcome:
-    """What was measured of a paper: rows, and the race behind every experiment; partial: interrupted before all were done."""
+    """What was measured of a paper: rows, and the race behind every experiment; partial: interrupted before all were
+    done.
+    """
 
     paper: Paper
     runs: int
@@ -37,7 +39,9 @@ class Outcome:
         return [row for row in self.rows if row.experiment == experiment.name]
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` writes: "rows" are {"experiment", "filter", "metric", "published", "measured", "se"}, null where there is none."""
+        """What `--json` writes: "rows" are {"experiment", "filter", "metric", "published", "measured", "se"}, null
+        where there is none.
+        """
         return {
             "paper": self.paper.name,
             "runs": self.runs,
@@ -47,9 +51,7 @@ class Outcome:
             "source": self.paper.source,
             "readings": list(self.paper.readings),
             "remarks": list(self.paper.remarks),
-            "filters": {
-                e.name: {n: t.words for n, t in self.races[e.name].entrants.items()} for e in self.experiments
-            },
+            "filters": {e.name: {n: t.words for n, t in self.races[e.name].entrants.items()} for e in self.experiments},
         }
 
 
@@ -65,9 +67,10 @@ def run(
 ) -> Outcome:
     """Every experiment of the paper over so many Monte Carlo runs (by default the paper's own entry; fewer when quick).
 
-    retrain: train the learned filters again instead of taking those that come with the package; models: take them from there.
-    progress(experiment, runs done, runs). Interrupted (Ctrl-C), the experiments with any finished runs are returned,
-    ``partial`` being true. Errors: InputError for runs below 2 (which have no standard error) or a negative seed.
+    retrain: train the learned filters again instead of taking those that come with the package; models: take them from
+    there. progress(experiment, runs done, runs). Interrupted (Ctrl-C), the experiments with any finished runs are
+    returned, ``partial`` being true. Errors: InputError for runs below 2 (which have no standard error) or a negative
+    seed.
     """
     count = runs if runs is not None else paper.quick_runs if quick else paper.runs
     if count < 2:
@@ -90,9 +93,7 @@ def run(
     return outcome
 
 
-def _one(
-    experiment: Experiment, runs: int, seed: int, progress: Callable[[str, int, int], None] | None
-) -> Race:
+def _one(experiment: Experiment, runs: int, seed: int, progress: Callable[[str, int, int], None] | None) -> Race:
     def say(done: int, asked: int) -> None:
         if progress:
             progress(experiment.name, done, asked)

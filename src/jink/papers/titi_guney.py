@@ -45,7 +45,9 @@ class Along:
 
 
 def target(number: int, rate: str) -> Scenario:
-    """The x coordinate (north) of a benchmark aircraft: the paper shows x alone, and a linear filter treats axes alike."""
+    """The x coordinate (north) of a benchmark aircraft: the paper shows x alone, and a linear filter treats axes
+    alike.
+    """
     base = SCENARIOS[f"benchmark-{number}"]
 
     def truth(draws: Draws) -> Truth:
@@ -65,15 +67,11 @@ def target(number: int, rate: str) -> Scenario:
 def aided(models: Models, speed: str) -> dict[str, Maker]:
     """A Kalman filter by itself, and with the paper's two aids and a straight line in their place."""
     name, own = f"titi-guney-{speed}", "other runs"
-    words = "constant-acceleration Kalman filter" + (
-        ", noise × 1e-4" if speed.startswith("sluggish") else ", tuned"
-    )
+    words = "constant-acceleration Kalman filter" + (", noise × 1e-4" if speed.startswith("sluggish") else ", tuned")
     inputs = "from z − x(t|t) and x(t|t−1) − x(t|t)"
     return {
         "kf": alone(models, f"{name}-anfis", words, fitted=own),
-        "kf + line": learned(
-            models, f"{name}-linear", f"{words}; a correction linear in {inputs[5:]}", fitted=own
-        ),
+        "kf + line": learned(models, f"{name}-linear", f"{words}; a correction linear in {inputs[5:]}", fitted=own),
         "anfsakf": learned(models, f"{name}-anfis", f"{words}; ANFIS {inputs}, hybrid training", fitted=own),
         "nnakf": learned(models, f"{name}-network", f"{words}; network {inputs}", fitted=own),
     }
@@ -93,7 +91,9 @@ OVER_LINE = over("kf + line", POSITION, "÷ line")
 
 
 def experiments(models: Models) -> list[Experiment]:
-    """Target 1 with a sluggish and a tuned filter, once a second and as often as the paper's matrix suggests; targets nobody trained on."""
+    """Target 1 with a sluggish and a tuned filter, once a second and as often as the paper's matrix suggests; targets
+    nobody trained on.
+    """
     once = [
         Experiment(
             name=f"{speed}, {rate}",
@@ -112,7 +112,8 @@ def experiments(models: Models) -> list[Experiment]:
     fleet = [
         Experiment(
             name=f"target {number}",
-            group="Filter and aids from targets 1, 3 and 5, aids fed by the last innovations; x of targets 2, 4, 6, 1 Hz",
+            group="Filter and aids from targets 1, 3 and 5, aids fed by the last innovations; x of targets 2, 4, "
+            "6, 1 Hz",
             scenario=target(number, "1 Hz"),
             filters=fed_by_history(models),
             metrics=(POSITION, OVER_KF),
@@ -173,16 +174,22 @@ TITI_GUNEY = Paper(
     experiments=experiments,
     draw=draw,
     readings=(
-        "The aircraft are those of Blair et al. 1998, rebuilt from its table; target 1 (cargo aircraft), x alone, as in the paper, "
+        "The aircraft are those of Blair et al. 1998, rebuilt from its table; target 1 (cargo aircraft), x "
+        "alone, as in the paper, "
         "which is taken to be north.",
-        "A training matrix of 3300 rows fits 20 Hz over 165 s, or 20 runs at 1 Hz: both rates are shown, aids trained on 4 and on 20 runs.",
-        "Noises are not stated: position sd 50 m; the Kalman filter's noise is tuned on other runs, and “sluggish” has 1e-4 of it.",
-        "Ten epochs of backpropagation leave ANFIS under-trained; here 300 of the hybrid method. Scored are other runs than those it saw.",
+        "A training matrix of 3300 rows fits 20 Hz over 165 s, or 20 runs at 1 Hz: both rates are shown, aids "
+        "trained on 4 and on 20 runs.",
+        "Noises are not stated: position sd 50 m; the Kalman filter's noise is tuned on other runs, and "
+        "“sluggish” has 1e-4 of it.",
+        "Ten epochs of backpropagation leave ANFIS under-trained; here 300 of the hybrid method. Scored are "
+        "other runs than those it saw.",
         "The paper prints figures and no table: there is nothing published to set beside.",
-        "Predicted and estimated range are interchanged in one sentence of the paper; inputs are z − x(t|t) and x(t|t−1) − x(t|t).",
+        "Predicted and estimated range are interchanged in one sentence of the paper; inputs are z − x(t|t) and "
+        "x(t|t−1) − x(t|t).",
     ),
     remarks=(
-        "An aid rescues a badly tuned filter and does next to nothing for a well tuned one: both of its inputs are multiples of "
+        "An aid rescues a badly tuned filter and does next to nothing for a well tuned one: both of its inputs "
+        "are multiples of "
         "the innovation.",
         "A straight line in place of ANFIS or network does most of it; an IMM without any training beats all of them.",
     ),

@@ -209,21 +209,28 @@ WANG_2010 = Paper(
     experiments=experiments,
     draw=draw,
     readings=(
-        "Measurement noise and α are not stated: sd 50 m and 1/α = 20 s here, and six combinations of sd 10, 50, 100 m with "
+        "Measurement noise and α are not stated: sd 50 m and 1/α = 20 s here, and six combinations of sd 10, 50, "
+        "100 m with "
         "1/α = 20, 60 s in the two last tables.",
-        "The paper's text at hand has lost its equations. The membership is reconstructed from its words: M(a) = min(1, exp(−k (1 − "
+        "The paper's text at hand has lost its equations. The membership is reconstructed from its words: M(a) = "
+        "min(1, exp(−k (1 − "
         "|a|/a_th))), a_max = a_th M(a), mirrored below zero, k ≤ 1.0536 for a_th = 100, a_up = 90 m/s².",
-        "The start is not stated: two points, acceleration 0 with sd 30 m/s². RMSE pools runs and scans from the fourth on; in the "
-        "first scans the start's error of 30 m/s², the same in both filters, rules the acceleration's RMSE, so the ratios are shown from "
+        "The start is not stated: two points, acceleration 0 with sd 30 m/s². RMSE pools runs and scans from the "
+        "fourth on; in the "
+        "first scans the start's error of 30 m/s², the same in both filters, rules the acceleration's RMSE, so "
+        "the ratios are shown from "
         "the tenth scan on as well.",
-        "a is the acceleration predicted for the scan, which is the estimate before; a margin a_max − |a| below 1% of a_max counts as "
+        "a is the acceleration predicted for the scan, which is the estimate before; a margin a_max − |a| below "
+        "1% of a_max counts as "
         "that, or the filter would freeze.",
         "The paper prints its RMSE as figures only; the one published number is the run time, 1.07 of CSAF's.",
     ),
     remarks=(
-        "FACS is better than CSAF in both of the paper's experiments and pays for it at a strong onset, which the paper does not test: "
+        "FACS is better than CSAF in both of the paper's experiments and pays for it at a strong onset, which "
+        "the paper does not test: "
         "see the step.",
-        "From the fourth scan on the ratio of acceleration exceeds 0.65 where 1/α is 60 s and the noise 50 or 100 m: the start, alike in "
+        "From the fourth scan on the ratio of acceleration exceeds 0.65 where 1/α is 60 s and the noise 50 or "
+        "100 m: the start, alike in "
         "both, weighs most there. From the tenth scan on it exceeds it nowhere.",
         "A tuned constant-acceleration Kalman filter and an IMM of three beat both.",
     ),

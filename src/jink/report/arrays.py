@@ -54,6 +54,4 @@ class ArrayBlock:
 
     def base64(self) -> str:
         """The whole block, gzip-compressed, as ASCII text that is safe inside a script element."""
-        return base64.b64encode(gzip.compress(b"".join(self._chunks), compresslevel=6, mtime=0)).decode(
-            "ascii"
-        )
+        return base64.b64encode(gzip.compress(b"".join(self._chunks), compresslevel=6, mtime=0)).decode("ascii")

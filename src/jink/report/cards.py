@@ -16,12 +16,8 @@ _COMPUTED = "consistency"  # the page computes this from the tracks and shows mo
 
 def summary_cards(summary: Mapping[str, Any]) -> str:
     """One card for all the plain values, then one per key whose value is a mapping or a longer list."""
-    shown = {
-        key: value for key, value in summary.items() if key != _COMPUTED or not isinstance(value, Mapping)
-    }
-    plain = {
-        key: value for key, value in shown.items() if not isinstance(value, Mapping) and not _is_long(value)
-    }
+    shown = {key: value for key, value in summary.items() if key != _COMPUTED or not isinstance(value, Mapping)}
+    plain = {key: value for key, value in shown.items() if not isinstance(value, Mapping) and not _is_long(value)}
     cards = [_card("Run", _pairs(plain))] if plain else []
     cards += [_card(_words(key), _content(value)) for key, value in shown.items() if key not in plain]
     return "\n".join(cards)
@@ -70,17 +66,14 @@ def _is_nothing(value: Any) -> bool:
 
 
 def _is_records(value: Any) -> bool:
-    return (
-        isinstance(value, list | tuple) and bool(value) and all(isinstance(item, Mapping) for item in value)
-    )
+    return isinstance(value, list | tuple) and bool(value) and all(isinstance(item, Mapping) for item in value)
 
 
 def _records(items: Sequence[Mapping[str, Any]]) -> str:
     names = list(dict.fromkeys(name for item in items for name in item))
     head = "".join(f'<th scope="col">{escape(_words(name))}</th>' for name in names)
     body = "".join(
-        "<tr>" + "".join(f"<td>{escape(_text(item.get(name)))}</td>" for name in names) + "</tr>"
-        for item in items
+        "<tr>" + "".join(f"<td>{escape(_text(item.get(name)))}</td>" for name in names) + "</tr>" for item in items
     )
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
@@ -129,9 +122,7 @@ def consistency_card(check: Consistency, gated: int) -> str:
             "Rows gated, not compared": gated,
         }
     )
-    share = (
-        f'<p class="big" id="nis-overall">{_percent(inside)} <small>of NIS inside the 95 % band</small></p>'
-    )
+    share = f'<p class="big" id="nis-overall">{_percent(inside)} <small>of NIS inside the 95 % band</small></p>'
     note = (
         '<p class="note">Bars level with the dashed line: errors are as large as the filter believes. '
         "More on the right: larger; on the left: smaller. With several modes the NIS is of their combined "

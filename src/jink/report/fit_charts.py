@@ -21,7 +21,9 @@ class Line:
 
 
 def lines(time: Array, drawn: list[Line], title: str, top: float | None = None) -> str:
-    """Lines over time from zero (or the smallest value, if below) to the largest (without the largest hundredth), named above."""
+    """Lines over time from zero (or the smallest value, if below) to the largest (without the largest hundredth), named
+    above.
+    """
     every = np.concatenate([line.values for line in drawn])
     every = every[np.isfinite(every)]
     high = top or (1.15 * float(np.quantile(every, 0.99)) if every.size else 1.0) or 1.0
@@ -30,8 +32,7 @@ def lines(time: Array, drawn: list[Line], title: str, top: float | None = None) 
     parts = [_frame(low, high, first, last), _names(drawn, title)]
     for line in drawn:
         points = " ".join(
-            f"{_x(t, first, last):.1f},{_y(min(v, high), low, high):.1f}"
-            for t, v in _thinned(time, line.values)
+            f"{_x(t, first, last):.1f},{_y(min(v, high), low, high):.1f}" for t, v in _thinned(time, line.values)
         )
         style = f"fill:none;stroke:var(--{line.colour});stroke-width:1.2"
         parts.append(f'<polyline points="{points}" style="{style}"/>')
@@ -56,9 +57,7 @@ def bars(values: Array, title: str, level: float | None = None) -> str:
         height = abs(float(value)) / span * room
         y = zero - height if value > 0 else zero
         colour = "accent" if value > 0 else "second"
-        box = (
-            f'x="{LEFT + k * width:.1f}" y="{y:.1f}" width="{max(width - 1, 0.8):.1f}" height="{height:.1f}"'
-        )
+        box = f'x="{LEFT + k * width:.1f}" y="{y:.1f}" width="{max(width - 1, 0.8):.1f}" height="{height:.1f}"'
         parts.append(f'<rect {box} style="fill:var(--{colour})"/>')
     if level is not None:
         y = zero - level / span * room
@@ -99,9 +98,7 @@ def _frame(low: float, high: float, first: float, last: float) -> str:
 
 
 def _names(drawn: list[Line], title: str) -> str:
-    keys = "".join(
-        f'<tspan dx="10" style="fill:var(--{line.colour})">{escape(line.name)}</tspan>' for line in drawn
-    )
+    keys = "".join(f'<tspan dx="10" style="fill:var(--{line.colour})">{escape(line.name)}</tspan>' for line in drawn)
     return f'<text x="{LEFT}" y="10" style="fill:var(--muted);font-size:11px">{escape(title)}{keys}</text>'
 
 

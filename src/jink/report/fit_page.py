@@ -22,13 +22,16 @@ WIDE = "column-span: all"  # of a card over all columns
 SHOWN = 3  # tracks drawn in full: most gained, middle, most lost
 AROUND = 31  # rows that innovations are averaged over
 PARTS = (
-    "<p>Share of held-out NIS inside its 95 % band, ± standard error over targets; 90 to 98 % is as it should be. Parts are told "
+    "<p>Share of held-out NIS inside its 95 % band, ± standard error over targets; 90 to 98 % is as it should "
+    "be. Parts are told "
     "by the positions around each row, readings that only repeat are left out.</p>"
 )
 
 
 def write_fit_report(fit: Fit, path: str | os.PathLike[str], search: Search | None = None) -> None:
-    """Write one HTML file that needs no network, no script and no other file; with the search that the fit is the best of."""
+    """Write one HTML file that needs no network, no script and no other file; with the search that the fit is the best
+    of.
+    """
     title = f"{fit.name}, fitted"
     before, after = (_Followed(f, fit) for f in (fit.start, fit.filter))
     gain = after.score - before.score
@@ -47,15 +50,10 @@ def write_fit_report(fit: Fit, path: str | os.PathLike[str], search: Search | No
         body.append(_card("Consistency by part of the tracks", PARTS + table))
     body += [
         _card("Parameters", _parameters(fit)),
-        _card(
-            "Held-out tracks: log-likelihood per plot, after − before", bars(gain[counted], "nats per plot")
-        ),
+        _card("Held-out tracks: log-likelihood per plot, after − before", bars(gain[counted], "nats per plot")),
     ]
     body += [_card(_name(fit, b, k, len(chosen)), _track(before, after, b)) for k, b in enumerate(chosen)]
-    body += [
-        _card(f"Consistency {word}", _histogram(f.check))
-        for word, f in (("before", before), ("after", after))
-    ]
+    body += [_card(f"Consistency {word}", _histogram(f.check)) for word, f in (("before", before), ("after", after))]
     body.append("</main>")
     write_page(path, page(title=title, body="\n".join(body), scripts=(), meta={}, block=ArrayBlock()))
 
@@ -69,14 +67,10 @@ class _Followed:
         est = filter.filter(**tracks.keywords(), outputs=wanted)  # type: ignore[attr-defined]
         self.tracks = tracks
         owner = np.repeat(np.arange(len(tracks)), np.diff(tracks.offsets))
-        scored = est.scored & (
-            np.ones(tracks.rows, bool) if tracks.counts is None else tracks.counts
-        )
+        scored = est.scored & (np.ones(tracks.rows, bool) if tracks.counts is None else tracks.counts)
         count = np.bincount(owner, scored, len(tracks))
         with np.errstate(invalid="ignore"):
-            self.score = (
-                np.bincount(owner, np.where(scored, est.log_likelihood_scan, 0.0), len(tracks)) / count
-            )
+            self.score = np.bincount(owner, np.where(scored, est.log_likelihood_scan, 0.0), len(tracks)) / count
         nis, dof, status = est.nis, est.nis_dof, est.status
         if measures_positions(filter):
             nis, dof = innovations(filter, tracks)
@@ -127,9 +121,7 @@ def _smooth(ratio: Array) -> Array:
     """Root of the mean of NIS / components over the rows around each."""
     there = np.isfinite(ratio)
     kernel = np.ones(min(AROUND, len(ratio)))
-    total, count = (
-        np.convolve(a, kernel, "same") for a in (np.where(there, ratio, 0.0), there.astype(float))
-    )
+    total, count = (np.convolve(a, kernel, "same") for a in (np.where(there, ratio, 0.0), there.astype(float)))
     return np.where(count > 0, np.sqrt(total / np.maximum(count, 1.0)), np.nan)
 
 
@@ -150,9 +142,7 @@ def _verdict_card(fit: Fit) -> str:
         if np.isfinite(found).all():
             rows.append([metric.replace("_", " "), *(f"{value:.4g}" for value in found)])
     table = _table(["", "before", "after"], rows)
-    return _card(
-        verdict(fit), f"{table}<h4>Paired 95% intervals of the difference</h4><ul>{items}</ul>{said}"
-    )
+    return _card(verdict(fit), f"{table}<h4>Paired 95% intervals of the difference</h4><ul>{items}</ul>{said}")
 
 
 def _parameters(fit: Fit) -> str:
@@ -171,9 +161,7 @@ def _parameters(fit: Fit) -> str:
 def _candidates(search: Search) -> str:
     head, rows = search_table(search)
     said = f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in search.explanation)}</ul>"
-    left = "".join(
-        f'<p class="note">Without {escape(name)}: {escape(why)}</p>' for name, why in search.left.items()
-    )
+    left = "".join(f'<p class="note">Without {escape(name)}: {escape(why)}</p>' for name, why in search.left.items())
     return f"{said}<p>{escape(heading_of_search(search))}</p>{_table(head, rows)}{left}"
 
 
@@ -191,9 +179,7 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     top = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
     whole = ' style="white-space:nowrap"'
     body = "".join(
-        "<tr>"
-        + "".join(f"<td{whole if k else ''}>{escape(cell)}</td>" for k, cell in enumerate(row))
-        + "</tr>"
+        "<tr>" + "".join(f"<td{whole if k else ''}>{escape(cell)}</td>" for k, cell in enumerate(row)) + "</tr>"
         for row in rows
     )
     return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"

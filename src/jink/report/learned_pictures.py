@@ -41,9 +41,15 @@ def surface(rules: FuzzyRules, title: str) -> Surface:
     length, unit = rules.readable
     grid, sd = rules.surface(reach)
     return Surface(
-        title=title, x=f"residual {unit}", y=f"its change {unit}", grid_x=grid / length, grid_y=grid / length, values=sd, unit="m/s²",
+        title=title,
+        x=f"residual {unit}",
+        y=f"its change {unit}",
+        grid_x=grid / length,
+        grid_y=grid / length,
+        values=sd,
+        unit="m/s²",
         sentences=rules.describe(),
-    )  # fmt: skip
+    )
 
 
 def _noise(network: NoiseNetwork) -> list[Drawing]:
@@ -101,9 +107,14 @@ def _aid(corrector: Corrector) -> list[Drawing]:
         out: list[Drawing] = [
             Surface(
                 title=f"{words.capitalize()} over what the filter has seen",
-                x="z − x̂(t|t) m", y="x̂(t|t−1) − x̂(t|t) m", grid_x=u[0], grid_y=u[1], values=values, unit="m",
+                x="z − x̂(t|t) m",
+                y="x̂(t|t−1) − x̂(t|t) m",
+                grid_x=u[0],
+                grid_y=u[1],
+                values=values,
+                unit="m",
             )
-        ]  # fmt: skip
+        ]
     else:
         x = np.linspace(-4, 4, 2 * POINTS)
         lines = []
@@ -119,8 +130,10 @@ def _aid(corrector: Corrector) -> list[Drawing]:
         grades = membership(corrector.model.shape, functions, x)
         out.append(
             Chart(
-                title="Membership functions of the first input", x="scaled input", y="grade",
+                title="Membership functions of the first input",
+                x="scaled input",
+                y="grade",
                 lines=[Line(f"{k + 1}", x, grades[:, k]) for k in range(grades.shape[1])],
             )
-        )  # fmt: skip
+        )
     return out

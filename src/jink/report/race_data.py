@@ -48,12 +48,12 @@ def series(race: Race) -> list[dict[str, Any]]:
 
 
 def columns(race: Race) -> list[dict[str, Any]]:
-    """A column per metric: values, half widths of their 95% intervals, and what is shown, in the order of series; last the bound."""
+    """A column per metric: values, half widths of their 95% intervals, and what is shown, in the order of series; last
+    the bound.
+    """
     names = ordered(race)
     figures = {name: race.figures(name) for name in names}
-    metrics = [
-        m for m in dict.fromkeys((*race.metrics, *_efficiencies(race))) if any(m in figures[n] for n in names)
-    ]
+    metrics = [m for m in dict.fromkeys((*race.metrics, *_efficiencies(race))) if any(m in figures[n] for n in names)]
     out = []
     for metric in metrics:
         found = [figures[name].get(metric) for name in names]
@@ -81,11 +81,7 @@ def _efficiencies(race: Race) -> tuple[str, ...]:
 def _title(metric: str) -> tuple[str, str, str]:
     """A column's title and unit apart."""
     title = TITLES.get(metric, metric.replace("_", " ")).strip()
-    return (
-        title.rpartition(" ")
-        if title.rpartition(" ")[2] in ("m", "m/s", "m/s²", "scans", "µs")
-        else (title, "", "")
-    )
+    return title.rpartition(" ") if title.rpartition(" ")[2] in ("m", "m/s", "m/s²", "scans", "µs") else (title, "", "")
 
 
 def interval_text(metric: str, figure: Figure | None, runs: int) -> str:
@@ -130,9 +126,7 @@ def panels(race: Race, block: ArrayBlock) -> list[dict[str, Any]]:
     names = ordered(race)
     if race.unit == "runs":
         for key, (title, quantity) in OVER_TIME.items():
-            curves = {
-                n: race.tallies[n].over_time(key) for n in names if f"{key}_square" in race.tallies[n].curves
-            }
+            curves = {n: race.tallies[n].over_time(key) for n in names if f"{key}_square" in race.tallies[n].curves}
             if any(np.isfinite(value).any() for value, _ in curves.values()):
                 shown.append((key, title, quantity, curves))
     if race.example is not None:

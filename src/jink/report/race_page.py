@@ -18,9 +18,7 @@ _LEGEND = '<span class="key truth">truth</span> <span class="key busy">manoeuvri
 _SHOWN = 10  # filters that are drawn at first
 
 
-def write_race_report(
-    race: Race, path: str | os.PathLike[str], *, command: str = "", title: str | None = None
-) -> None:
+def write_race_report(race: Race, path: str | os.PathLike[str], *, command: str = "", title: str | None = None) -> None:
     """Write one HTML file that shows a race and needs no network, no server and no other file.
 
     command: what does it again, shown as it is. Every number is that of `race.as_dict()`; intervals are 95%.
@@ -92,9 +90,8 @@ def _comparisons(race: Race) -> str:
                 cells.append('<td class="undecided">–</td>')
                 continue
             verdict = "" if c.verdict == "undecided" else f" {c.verdict}"
-            cells.append(
-                f'<td class="{c.verdict}">{c.difference:+.3g} <small>({c.low:+.3g} … {c.high:+.3g})</small>{verdict}</td>'
-            )
+            interval = f"<small>({c.low:+.3g} … {c.high:+.3g})</small>"
+            cells.append(f'<td class="{c.verdict}">{c.difference:+.3g} {interval}{verdict}</td>')
         lines.append(f"<tr>{''.join(cells)}</tr>")
     return f'<table class="paired"><thead><tr><th></th>{head}</tr></thead><tbody>{"".join(lines)}</tbody></table>'
 
@@ -109,9 +106,8 @@ def _cards(race: Race, command: str) -> list[str]:
         setup["common random numbers"] = "all filters saw the same truth and the same measurements"
     if race.bound:
         setup["PCRB"] = (
-            "position {:.4g} m, velocity {:.4g} m/s: posterior Cramér–Rao bound for filters that know the manoeuvres".format(
-                race.bound["position_rmse"], race.bound["velocity_rmse"]
-            )
+            "position {:.4g} m, velocity {:.4g} m/s: posterior Cramér–Rao bound for filters that know the "
+            "manoeuvres".format(race.bound["position_rmse"], race.bound["velocity_rmse"])
         )
     again = f"<h4>Do it again</h4><p><code>{escape(command)}</code></p>" if command else ""
     cards = [_card("Set-up", _pairs(setup) + again)]
@@ -138,7 +134,5 @@ def _card(title: str, content: str) -> str:
 
 
 def _pairs(values: dict[str, str]) -> str:
-    rows = "".join(
-        f'<tr><th scope="row">{escape(k)}</th><td>{escape(v)}</td></tr>' for k, v in values.items()
-    )
+    rows = "".join(f'<tr><th scope="row">{escape(k)}</th><td>{escape(v)}</td></tr>' for k, v in values.items())
     return f'<table class="said"><tbody>{rows}</tbody></table>'

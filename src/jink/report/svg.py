@@ -37,9 +37,7 @@ def ticks(low: float, high: float, about: int = 6) -> Array:
     raw = (high - low) / about
     magnitude = 10.0 ** math.floor(math.log10(raw))
     step = next(m for m in (1, 2, 5, 10) if m * magnitude >= raw) * magnitude
-    return (
-        np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1, dtype=np.float64) * step
-    )
+    return np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1, dtype=np.float64) * step
 
 
 def log_ticks(low: float, high: float) -> Array:
@@ -52,9 +50,7 @@ def log_ticks(low: float, high: float) -> Array:
 class _Axes:
     """From numbers to places: x to the right, y upwards, linear or logarithmic."""
 
-    def __init__(
-        self, x: tuple[float, float], y: tuple[float, float], log: bool = False, square: bool = False
-    ):
+    def __init__(self, x: tuple[float, float], y: tuple[float, float], log: bool = False, square: bool = False):
         if square:
             x, y = _same_scale(x, y)
         self.x, self.y, self.log = x, y, log
@@ -77,9 +73,7 @@ class _Axes:
         for t in ticks(*self.x):
             x = float(self.across(np.array(t)))
             parts.append(f'<line class="grid" x1="{x:.1f}" x2="{x:.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"/>')
-            parts.append(
-                f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 15}" text-anchor="middle">{number(t)}</text>'
-            )
+            parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 15}" text-anchor="middle">{number(t)}</text>')
         middle = (HEIGHT - BOTTOM + TOP) / 2
         parts.append(
             f'<text x="{(LEFT + WIDTH - RIGHT) / 2}" y="{HEIGHT - 6}" text-anchor="middle">{escape(x_words)}</text>'
@@ -95,9 +89,7 @@ def number(value: float) -> str:
     return f"{value:.6g}".replace("-", "−")
 
 
-def _same_scale(
-    x: tuple[float, float], y: tuple[float, float]
-) -> tuple[tuple[float, float], tuple[float, float]]:
+def _same_scale(x: tuple[float, float], y: tuple[float, float]) -> tuple[tuple[float, float], tuple[float, float]]:
     scale = max((x[1] - x[0]) / (WIDTH - LEFT - RIGHT), (y[1] - y[0]) / (HEIGHT - TOP - BOTTOM))
     widths = scale * (WIDTH - LEFT - RIGHT), scale * (HEIGHT - TOP - BOTTOM)
     middles = (x[0] + x[1]) / 2, (y[0] + y[1]) / 2
@@ -178,7 +170,5 @@ def _surface(surface: Surface) -> tuple[str, str]:
         for j in range(len(y))
         for i in range(len(x))
     )
-    scale = (
-        f'<p class="scale"><span>{low:.3g}</span><i></i><span>{high:.3g} {escape(surface.unit)}</span></p>'
-    )
+    scale = f'<p class="scale"><span>{low:.3g}</span><i></i><span>{high:.3g} {escape(surface.unit)}</span></p>'
     return f'<g shape-rendering="crispEdges">{cells}</g>' + axes.frame(surface.x, surface.y), scale

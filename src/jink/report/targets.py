@@ -31,9 +31,7 @@ def target_table(rows: TrackRows, check: Consistency) -> dict[str, np.ndarray]:
             "nis_inside": check.inside / check.compared,
             "compared": check.compared,
             "max_speed": _settled_maximum(rows.column("speed"), rows.column("speed_sd"), rows),
-            "max_turn_rate": np.degrees(
-                _settled_maximum(rows.column("turn_rate"), rows.column("turn_rate_sd"), rows)
-            ),
+            "max_turn_rate": np.degrees(_settled_maximum(rows.column("turn_rate"), rows.column("turn_rate_sd"), rows)),
             "max_acceleration": _settled_maximum(acceleration, acceleration_sd, rows),
         }
 

@@ -94,9 +94,7 @@ def _limit_targets(rows: TrackRows) -> tuple[int, TrackRows]:
         return len(rows.names), rows
     longest = np.argsort(-np.diff(rows.first), kind="stable")[:_MOST_TARGETS]
     chosen = np.isin(rows.target, longest)
-    time = (
-        pl.from_epoch((pl.col("time") * 1e6).cast(pl.Int64), time_unit="us") if rows.clock else pl.col("time")
-    )
+    time = pl.from_epoch((pl.col("time") * 1e6).cast(pl.Int64), time_unit="us") if rows.clock else pl.col("time")
     return _MOST_TARGETS, read_rows(rows.frame.filter(pl.Series(chosen)).with_columns(time))
 
 

@@ -43,15 +43,11 @@ class Weave:
         turn = np.arange(10)[None, :]
         begin = first[:, None] + turn * half[:, None]
         angle = (load * G / speed * half * 5 / 6)[:, None] * (side[:, None] * np.where(turn % 2, -1.0, 1.0))
-        angle = (
-            angle * np.where((turn == 0) | (turn == count[:, None] - 1), 0.5, 1.0) * (turn < count[:, None])
-        )
+        angle = angle * np.where((turn == 0) | (turn == count[:, None] - 1), 0.5, 1.0) * (turn < count[:, None])
         edge = half[:, None] / 6
         course = pulses(heading, begin, begin + half[:, None], edge, edge, angle)
         still = np.zeros((len(draws), 0))
-        return Curves(
-            np.zeros((len(draws), 2)), course, Ramps(speed, still, still, still), None, self.duration
-        )
+        return Curves(np.zeros((len(draws), 2)), course, Ramps(speed, still, still, still), None, self.duration)
 
 
 @dataclass(frozen=True)
@@ -113,17 +109,13 @@ class TerminalArea:
         levels[:, 1:] += draws.uniform(-10.0, 10.0, 1)
         begin = _choose(arrival, [170.0, 340.0, 520.0], [10.0, 110.0, 150.0]) + draws.uniform(-10.0, 30.0, 1)
         length = _choose(arrival, [80.0, 60.0, 150.0], [80.0, 20.0, 300.0])
-        return pulses(
-            levels[:, 0], begin, begin + length, 0.2 * length, 0.2 * length, np.diff(levels, axis=1)
-        )
+        return pulses(levels[:, 0], begin, begin + length, 0.2 * length, 0.2 * length, np.diff(levels, axis=1))
 
     def _climb(self, draws: Draws, arrival: np.ndarray) -> Ramps:
         """Departures 11, 8, 0 m/s; arrivals, outwards, 3.8 (3°), 0, 7, 0 m/s; the climbs ± 20%."""
         levels = _choose(arrival, [0.0, 3.8, 0.0, 7.0, 0.0], [0.0, 11.0, 8.0, 8.0, 0.0])
         levels[:, 2:] *= draws.uniform(0.8, 1.2, 1)
-        begin = _choose(arrival, [0.0, 190.0, 300.0, 720.0], [5.0, 170.0, 300.0, 600.0]) + draws.uniform(
-            0.0, 60.0, 1
-        )
+        begin = _choose(arrival, [0.0, 190.0, 300.0, 720.0], [5.0, 170.0, 300.0, 600.0]) + draws.uniform(0.0, 60.0, 1)
         begin[:, 0] = np.where(arrival, 0.0, 5.0)
         return pulses(levels[:, 0], begin, begin + 12.0, 4.0, 4.0, np.diff(levels, axis=1))
 

@@ -70,9 +70,7 @@ class Braking:
         """Begin, end and change of the rate; the time it keeps the load follows from the change."""
         first, then = self.load * G, 2.0 * self.rest / (self.rested - self.end)
         fading = self.end - self.begin - self.onset
-        kept = (self.change - 0.5 * first * self.onset - 0.5 * (first + then) * fading) / (
-            0.5 * (first - then)
-        )
+        kept = (self.change - 0.5 * first * self.onset - 0.5 * (first + then) * fading) / (0.5 * (first - then))
         fade = self.begin + self.onset + kept
         return [
             (self.begin, self.begin + self.onset, first),
@@ -135,39 +133,74 @@ class Aircraft:
 
 AIRCRAFT: dict[int, Aircraft] = {
     1: Aircraft(
-        "cargo aircraft", 72947.0, 29474.0, 1258.0, 289.6, -153.4,
+        "cargo aircraft",
+        72947.0,
+        29474.0,
+        1258.0,
+        289.6,
+        -153.4,
         (Turn(60, 80, 63, 1.72), Turn(110, 132, 109, 2.8)),
     ),
     2: Aircraft(
-        "airliner", 45705.0, -42864.0, 4572.0, 304.8, 180.0, (Turn(30, 52, -90, 2.3), Turn(100, 114, 90, 3.7)),
+        "airliner",
+        45705.0,
+        -42864.0,
+        4572.0,
+        304.8,
+        180.0,
+        (Turn(30, 52, -90, 2.3), Turn(100, 114, 90, 3.7)),
         heights=(Height(55, 113, 3048.0 - 4572.0, push=10.4),),
     ),
     3: Aircraft(
-        "bomber", 60944.0, 60944.0, 3048.0, 457.0, -135.0, (Turn(30, 41, 45, 3.9), Turn(75, 92, -90, 3.9)),
+        "bomber",
+        60944.0,
+        60944.0,
+        3048.0,
+        457.0,
+        -135.0,
+        (Turn(30, 41, 45, 3.9), Turn(75, 92, -90, 3.9)),
         speeds=(Braking(75, 92, 316.0 - 457.0, -1.1, 114, 274.0 - 316.0),),
     ),
     4: Aircraft(
         # 45° in 6 s leaves no room for ramps of a second at 3.8 g; 44.4° stay within 15% of it
-        "bomber", 30480.0, 9130.0, 2286.0, 274.0, -90.0, (Turn(30, 36, -44.4, 3.8), Turn(70, 84, -136, 5.8)),
+        "bomber",
+        30480.0,
+        9130.0,
+        2286.0,
+        274.0,
+        -90.0,
+        (Turn(30, 36, -44.4, 3.8), Turn(70, 84, -136, 5.8)),
         speeds=(Change(70, 84, 255.0 - 274.0), Change(84, 141, 411.0 - 255.0)),
         heights=(Height(90, 141, 4570.0 - 2286.0),),
     ),
     5: Aircraft(
-        "fighter", 80950.0, 970.0, 1448.0, 274.0, 135.0,
+        "fighter",
+        80950.0,
+        970.0,
+        1448.0,
+        274.0,
+        135.0,
         (Turn(30, 38, 44, 4.85), Turn(60, 72, -90, 6.85), Turn(117, 130, -85, 5.84)),
         speeds=(Change(0, 30, 398.0 - 274.0, 1.0, 1.0),),
         heights=(Height(131, 155, 4496.0 - 1448.0, peaked=2.5),),
     ),
     6: Aircraft(
-        "fighter", 65939.0, 29384.0, 1548.0, 426.0, 180.0,
+        "fighter",
+        65939.0,
+        29384.0,
+        1548.0,
+        426.0,
+        180.0,
         (Turn(30, 43, 90, 6.84), Turn(70, 85, -90, 5.5), Turn(115, 127, 144, 5.8), Turn(150, 157, -55, 6.83)),
         speeds=(
-            Change(70, 85, 309.0 - 426.0), Change(85, 115, 253.0 - 309.0), Change(115, 127, 209.0 - 253.0),
+            Change(70, 85, 309.0 - 426.0),
+            Change(85, 115, 253.0 - 309.0),
+            Change(115, 127, 209.0 - 253.0),
             Change(127, 150, 350.0 - 209.0),
         ),
         heights=(Height(70, 85, 786.0 - 1548.0, push=6.0),),
     ),
-}  # fmt: skip
+}
 
 
 @cache

@@ -56,9 +56,7 @@ class Ramps:
         return value, rate, total
 
 
-def pulses(
-    start: Array, begin: Array, end: Array, onset: Array | float, exit: Array | float, change: Array
-) -> Ramps:
+def pulses(start: Array, begin: Array, end: Array, onset: Array | float, exit: Array | float, change: Array) -> Ramps:
     """A quantity changes by `change` from begin to end: its rate rises over onset, stays, falls over exit.
 
     start (B,); the others (B, P) or what broadcasts to it, in s and the quantity's unit.

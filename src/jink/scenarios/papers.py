@@ -15,9 +15,7 @@ from .sensing import Observation, Schedule
 
 LEE = "Lee, Joo & Park, A GA-Based IMM Method for Tracking a Maneuvering Target, Trans. KIEE 52D-1-3, 2003"
 WANG = "Wang et al., A Fuzzy Adaptive Algorithm Based on 'Current' Statistical Model, Def. Technology 2010-3"
-CHOI = (
-    "Choi, Samal & Ahn, On Neural-Net Based Variable Structure Multiple Model Method: Neural-Net Design, 2001"
-)
+CHOI = "Choi, Samal & Ahn, On Neural-Net Based Variable Structure Multiple Model Method: Neural-Net Design, 2001"
 
 # choi-2001: (start, velocity) of lines, (radius, rate) of circles, which the runs take in turn
 LINES = [((0.0, 0.0), (x, y)) for x in (200.0, -200.0) for y in (100.0, -100.0)]
@@ -94,13 +92,8 @@ def in_turn(paths: Sequence[Legs]) -> Callable[[Draws], Legs]:
     def truth(draws: Draws) -> Legs:
         which = draws.runs % len(paths)
         rates = [path.turn_rate if path.turn_rate is not None else np.zeros((1, 1)) for path in paths]
-        p, v = (
-            np.concatenate([getattr(path.at(np.zeros((1, 1))), name)[:, 0] for path in paths])
-            for name in STATE
-        )
-        return Legs(
-            np.zeros((1, 1)), p[which], v[which], np.zeros((1, 1, 2)), turn_rate=np.concatenate(rates)[which]
-        )
+        p, v = (np.concatenate([getattr(path.at(np.zeros((1, 1))), name)[:, 0] for path in paths]) for name in STATE)
+        return Legs(np.zeros((1, 1)), p[which], v[which], np.zeros((1, 1, 2)), turn_rate=np.concatenate(rates)[which])
 
     return truth
 
@@ -133,12 +126,8 @@ def lee_and_wang() -> list[Scenario]:
     """lee-2003 and the experiments of wang-2010 (noise of 50 m, which the paper does not state)."""
     return [
         _scenario("lee-2003", "three constant accelerations along the axes", lee_2003, 500.0, 180, LEE),
-        _scenario(
-            "wang-2010-velocity", "one axis, 30, 20, 10, 5 m/s²", wang_velocity, 50.0, 200, WANG, axes=1
-        ),
-        _scenario(
-            "wang-2010-circle", "straight, then a circle of 10 km radius", wang_circle, 50.0, 150, WANG
-        ),
+        _scenario("wang-2010-velocity", "one axis, 30, 20, 10, 5 m/s²", wang_velocity, 50.0, 200, WANG, axes=1),
+        _scenario("wang-2010-circle", "straight, then a circle of 10 km radius", wang_circle, 50.0, 150, WANG),
         _scenario("wang-2010-step", "one axis, 0 to 60 to 0 m/s²", wang_step, 50.0, 150, WANG, axes=1),
     ]
 

@@ -96,9 +96,7 @@ class RandomTurns:
         return out
 
 
-def _phases(
-    draws: Draws, quiet_mean: float, manoeuvre_mean: float, duration: int, channels: int
-) -> np.ndarray:
+def _phases(draws: Draws, quiet_mean: float, manoeuvre_mean: float, duration: int, channels: int) -> np.ndarray:
     """(B, channels, K) number of the phase that second k lies in; odd ones are manoeuvres."""
     count = duration // 2 + 1
     lengths = np.stack(

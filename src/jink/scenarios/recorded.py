@@ -101,9 +101,7 @@ class Recorded:
         begin = np.array([s.time[0] for s in splines]) + draws.uniform(0.0, 1.0) * spare
         away, azimuth = draws.uniform(*self.distance), draws.uniform(0.0, 2 * np.pi)
         half = 0.5 * self.duration
-        middle = np.stack(
-            [s.at(np.array([b + half])).position[0] for s, b in zip(splines, begin, strict=True)]
-        )
+        middle = np.stack([s.at(np.array([b + half])).position[0] for s, b in zip(splines, begin, strict=True)])
         shift = np.zeros(middle.shape)
         shift[:, 0] = away * np.sin(azimuth) - middle[:, 0]
         shift[:, 1] = away * np.cos(azimuth) - middle[:, 1]
@@ -151,9 +149,7 @@ def _flights(tracks: Any, duration: float) -> Iterator[Spline]:
     import polars as pl
 
     tracks = pl.DataFrame(tracks)
-    vertical = next(
-        (c for c in ("altitude", "z") if c in tracks.columns and tracks[c].is_not_null().all()), None
-    )
+    vertical = next((c for c in ("altitude", "z") if c in tracks.columns and tracks[c].is_not_null().all()), None)
     longest, found = 0.0, False
     for _, rows in tracks.group_by(["target", "part"], maintain_order=True):
         rows = rows.filter(pl.col("x").is_not_nan() & pl.col("x").is_not_null())

@@ -113,9 +113,7 @@ class Scenario:
             schedule = replace(schedule, jitter=jitter)
         return replace(self, observation=replace(observation, **changes), schedule=schedule)
 
-    def _observation(
-        self, sensor: str | float | Sensor | Observation
-    ) -> tuple[Observation, float | None, float]:
+    def _observation(self, sensor: str | float | Sensor | Observation) -> tuple[Observation, float | None, float]:
         if isinstance(sensor, Observation):
             return sensor, None, 0.0
         if isinstance(sensor, str):

@@ -112,4 +112,4 @@ RADARS: dict[str, tuple[Observation, float, float]] = {
     "radar-1hz": (Observation(sensor=Polar(range_sd=25.0, azimuth_sd=2e-3, elevation_sd=2e-3)), 1.0, 0.0),
     "radar-4s": (Observation(sensor=Polar(range_sd=50.0, azimuth_sd=1.4e-3, height_sd=8.0)), 4.0, 0.05),
     "radar-12s": (Observation(sensor=Polar(range_sd=70.0, azimuth_sd=1.4e-3, height_sd=8.0)), 12.0, 0.1),
-}  # fmt: skip
+}

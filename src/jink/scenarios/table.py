@@ -11,11 +11,18 @@ if TYPE_CHECKING:
 
 # how components of z are called in the table, with the factor from SI units
 COLUMNS = {
-    "x": ("x", 1.0), "y": ("y", 1.0), "z": ("z", 1.0), "vx": ("velocity_x", 1.0), "vy": ("velocity_y", 1.0),
-    "vz": ("velocity_z", 1.0), "range": ("range", 1.0), "azimuth": ("azimuth_deg", 180.0 / np.pi),
-    "elevation": ("elevation_deg", 180.0 / np.pi), "height": ("altitude_m", 1.0),
+    "x": ("x", 1.0),
+    "y": ("y", 1.0),
+    "z": ("z", 1.0),
+    "vx": ("velocity_x", 1.0),
+    "vy": ("velocity_y", 1.0),
+    "vz": ("velocity_z", 1.0),
+    "range": ("range", 1.0),
+    "azimuth": ("azimuth_deg", 180.0 / np.pi),
+    "elevation": ("elevation_deg", 180.0 / np.pi),
+    "height": ("altitude_m", 1.0),
     "range_rate": ("range_rate", 1.0),
-}  # fmt: skip
+}
 QUANTITIES = ("true", "true_velocity", "true_acceleration")
 
 
@@ -32,9 +39,7 @@ def simulation_table(simulation: Simulation) -> Any:
     B, S, _ = simulation.z.shape
     runs = np.repeat(simulation.runs, S)
     columns: dict[str, Any] = {
-        "target": pl.Series(simulation.runs, dtype=pl.Int64)
-        .cast(pl.String)
-        .gather(np.repeat(np.arange(B), S)),
+        "target": pl.Series(simulation.runs, dtype=pl.Int64).cast(pl.String).gather(np.repeat(np.arange(B), S)),
         "run": runs,
         "scan": np.tile(np.arange(1, S + 1, dtype=np.int32), B),
         "time": simulation.time.reshape(-1),
@@ -48,9 +53,7 @@ def simulation_table(simulation: Simulation) -> Any:
     for quantity, values in zip(QUANTITIES, simulation.truth, strict=True):
         columns |= {f"{quantity}_{axis}": values[..., a].reshape(-1) for a, axis in _axes(values)}
     if simulation.input is not None and simulation.turn_rate is not None:
-        columns |= {
-            f"input_{axis}": simulation.input[..., a].reshape(-1) for a, axis in _axes(simulation.input)
-        }
+        columns |= {f"input_{axis}": simulation.input[..., a].reshape(-1) for a, axis in _axes(simulation.input)}
         if np.any(simulation.turn_rate):
             columns["input_turn_rate"] = simulation.turn_rate.reshape(-1)
     return pl.DataFrame(columns)

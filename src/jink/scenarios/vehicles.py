@@ -36,9 +36,7 @@ class Vessel:
         begin, end = in_sequence(draws.uniform(*self.leg, turns), length)
         edge = 15.0
         course = pulses(draws.uniform(0.0, 2 * np.pi), begin, end, edge, edge, angle)
-        speed = _levels(
-            draws.uniform(*self.speed, speeds + 1), *_times(draws, speeds, (300.0, 900.0), (60.0, 300.0))
-        )
+        speed = _levels(draws.uniform(*self.speed, speeds + 1), *_times(draws, speeds, (300.0, 900.0), (60.0, 300.0)))
         return Curves(np.zeros((len(draws), 2)), course, speed, None, self.duration, panel=30.0)
 
 

@@ -13,10 +13,22 @@ SLOTS = ("x", "P", "mode_probability", "log_likelihood", "log_likelihood_scan", 
 
 
 def run(
-    engine: Scan, time: Array, z: Array, columns: int, offsets: Array, sensor: Array | None,
-    noise: Array | None, full_noise: bool, input: Array | None, prior_x: Array | None, prior_P: Array | None,
-    slots: list[Array | None], status: Array | None, smooth: bool, threads: int,
-) -> None:  # fmt: skip
+    engine: Scan,
+    time: Array,
+    z: Array,
+    columns: int,
+    offsets: Array,
+    sensor: Array | None,
+    noise: Array | None,
+    full_noise: bool,
+    input: Array | None,
+    prior_x: Array | None,
+    prior_P: Array | None,
+    slots: list[Array | None],
+    status: Array | None,
+    smooth: bool,
+    threads: int,
+) -> None:
     """As the engine's run; results go into the slots, one thread."""
     _check(time, z, offsets)
     if prior_x is None:
@@ -63,9 +75,7 @@ def _check(time: Array, z: Array, offsets: Array) -> None:
         row = int(wrong[0])
         track = int(np.searchsorted(offsets, row, side="right")) - 1
         why = "lies before the row before it; rows of a track must be in the order of time"
-        raise ValueError(
-            f"time: row {row} of track {track} {why if np.isfinite(time[row]) else 'is not a time'}"
-        )
+        raise ValueError(f"time: row {row} of track {track} {why if np.isfinite(time[row]) else 'is not a time'}")
     infinite = np.flatnonzero(np.isinf(z).any(axis=1))
     if len(infinite):
         raise ValueError(f"z: row {infinite[0]} is infinite; a missing component is NaN or None")

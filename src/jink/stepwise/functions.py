@@ -35,9 +35,7 @@ def checked(name: str, value: Any, shape: tuple[int, ...], given: str) -> Array:
     try:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        raise ModelError(
-            f"{name}: expected floats of shape {shape} for {given}, got {type(value).__name__}"
-        ) from None
+        raise ModelError(f"{name}: expected floats of shape {shape} for {given}, got {type(value).__name__}") from None
     if array.shape != shape:
         raise ModelError(f"{name}: expected shape {shape} for {given}, got {array.shape}")
     if not np.isfinite(array).all():
@@ -62,9 +60,7 @@ class StepFunction:
     Errors: ValueError if it fits neither, with what happened.
     """
 
-    def __init__(
-        self, name: str, function: Callable[..., Any], shape: tuple[int, ...], states: int | None
-    ) -> None:
+    def __init__(self, name: str, function: Callable[..., Any], shape: tuple[int, ...], states: int | None) -> None:
         self.name, self.function, self.shape, self.of_state = name, function, shape, states is not None
         tracks = max(shape) + 1  # so that no axis of the result is taken for the tracks
         dt = 0.5 + 0.25 * np.arange(tracks)
@@ -74,9 +70,7 @@ class StepFunction:
             lambda: np.stack([self._once(x[[b]], dt[[b]], float(dt[b]))[0] for b in range(tracks)])
         )
         if together is None and one_by_one is None:
-            raise ValueError(
-                f"{name}: with dt an array of shape ({tracks},): {why}; with dt a float: {why_not}"
-            )
+            raise ValueError(f"{name}: with dt an array of shape ({tracks},): {why}; with dt a float: {why_not}")
         self.takes_arrays = together is not None and (
             one_by_one is None or np.allclose(together, one_by_one, equal_nan=True)
         )
@@ -99,9 +93,7 @@ class StepFunction:
         if array.shape == self.shape and not isinstance(step, np.ndarray) and len(self.shape) == 2:
             return np.broadcast_to(array, shape)
         if array.shape != shape:
-            raise ModelError(
-                f"{self.name}: expected shape {shape} for {self._given(x, dt)}, got {array.shape}"
-            )
+            raise ModelError(f"{self.name}: expected shape {shape} for {self._given(x, dt)}, got {array.shape}")
         return array
 
     def _given(self, x: Array, dt: Array) -> str:
@@ -149,8 +141,6 @@ def regression(function: Batch, x: Array, P: Array) -> tuple[Array, Array, Array
     g = function(np.concatenate([x + step, x - step]).reshape(-1, n)).reshape(2, n, tracks, -1)
     middle, half = 0.5 * (g[0] + g[1]), (g[0] - g[1]) * (0.5 / np.sqrt(n))
     mean = middle.mean(axis=0)
-    slopes = native.solve(
-        L, np.ascontiguousarray(half.transpose(1, 0, 2)), transposed=True
-    ).transpose(0, 2, 1)
+    slopes = native.solve(L, np.ascontiguousarray(half.transpose(1, 0, 2)), transposed=True).transpose(0, 2, 1)
     away = middle - mean
     return mean, np.ascontiguousarray(slopes), np.einsum("sbi,sbj->bij", away, away) / n

@@ -28,9 +28,15 @@ class LiveMany:
         self._past: deque[tuple[Record, Array]] = deque(maxlen=lag + 1)
 
     def update(
-        self, time: Array, z: Array, sensor: Array | None, noise: Array | None, input: Array | None,
-        slots: list[Array | None], predict_only: bool,
-    ) -> None:  # fmt: skip
+        self,
+        time: Array,
+        z: Array,
+        sensor: Array | None,
+        noise: Array | None,
+        input: Array | None,
+        slots: list[Array | None],
+        predict_only: bool,
+    ) -> None:
         """All targets at a time, one or (n,), into the slots; predict_only leaves the live state alone."""
         to = {name: slot for name, slot in zip(OUTPUTS, slots, strict=True) if slot is not None}
         times = np.array(np.broadcast_to(time, (self.n,)))
@@ -57,9 +63,7 @@ class LiveMany:
     def _predict(self, to: dict[str, Any], times: Array) -> None:
         s = self.states
         with at_scan(self.scan):
-            ahead = self.engine.propagate(
-                s, np.where(s.started & ~np.isnan(s.time), times - s.time, 0.0), None
-            )
+            ahead = self.engine.propagate(s, np.where(s.started & ~np.isnan(s.time), times - s.time, 0.0), None)
         estimate(self.engine, to, slice(None), ahead.x, ahead.P, ahead.prior, s.started)
         self._tell(to, Outcome.new(self.n, self.engine.columns), s.started, times)
 
@@ -78,9 +82,7 @@ class LiveMany:
     def begin(self, target: int, x: Array, P: Array, time: float) -> None:
         """Start one target from a given state at a time; NaN: at its next update."""
         rows = np.array([target])
-        self.engine.start.from_prior(
-            self.states, rows, x[None], P[None], np.array([time]), self.engine.components
-        )
+        self.engine.start.from_prior(self.states, rows, x[None], P[None], np.array([time]), self.engine.components)
 
     def reset(self, target: int) -> None:
         """Forget one target."""

@@ -52,8 +52,7 @@ class OwnMode:
         for name in ("f", "Q"):
             if not callable(getattr(motion, name, None)):
                 raise TypeError(
-                    f"motions: expected one of jink's motion models or one with f(x, dt) and Q(dt), "
-                    f"got {self.owner}"
+                    f"motions: expected one of jink's motion models or one with f(x, dt) and Q(dt), got {self.owner}"
                 )
         self.components = _components(motion, self.owner, axes)
         self.prior = _prior(motion, self.owner, self.components)
@@ -77,9 +76,7 @@ class OwnMode:
             return self._move(dt, x, P, u)
         ahead, F, Q = x.copy(), np.tile(np.eye(n), (len(dt), 1, 1)), np.zeros((len(dt), n, n))
         if len(rows):
-            ahead[rows], F[rows], Q[rows] = self._move(
-                dt[rows], x[rows], P[rows], None if u is None else u[rows]
-            )
+            ahead[rows], F[rows], Q[rows] = self._move(dt[rows], x[rows], P[rows], None if u is None else u[rows])
         return ahead, F, Q
 
     def _move(self, dt: Array, x: Array, P: Array, u: Array | None) -> tuple[Array, Array, Array]:
@@ -128,9 +125,7 @@ def _components(motion: Any, owner: str, axes: int) -> tuple[str, ...]:
     if not names or len(set(names)) != len(names) or not all(isinstance(name, str) for name in names):
         raise ValueError(f"{owner}.components: expected different names, got {given!r}")
     if len(names) > native.largest_own:
-        raise ValueError(
-            f"{owner}.components: expected at most {native.largest_own}, got {len(names)}"
-        )
+        raise ValueError(f"{owner}.components: expected at most {native.largest_own}, got {len(names)}")
     return names
 
 

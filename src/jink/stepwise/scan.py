@@ -32,8 +32,7 @@ class Scan:
         self.axes, self.unbiased = axes, d.unbiased_mixing
         self.share, self.restart_after, self.coast = d.outlier_share, d.restart_after, d.coast
         self.modes: list[Mode] = [
-            LibraryMode(m, axes, unscented) if hasattr(m, "native") else OwnMode(m, axes, unscented)
-            for m in motions
+            LibraryMode(m, axes, unscented) if hasattr(m, "native") else OwnMode(m, axes, unscented) for m in motions
         ]
         self.looks: Sequence[Look] = [
             LibrarySensor(s, outliers) if hasattr(s, "native") else OwnSensor(s, self.modes, axes, outliers)
@@ -60,9 +59,7 @@ class Scan:
         """Errors: ValueError if no sensor can start a track."""
         if not self.starts:
             names = ", ".join(look.owner for look in self.looks)
-            raise ValueError(
-                f"initial: {names} measures no position to start a track from; expected jink.Prior(x, P)"
-            )
+            raise ValueError(f"initial: {names} measures no position to start a track from; expected jink.Prior(x, P)")
 
     def places(self, j: int, i: int) -> Array:
         """Where mode j's components stand in mode i, −1 where it has none."""
@@ -105,9 +102,7 @@ class Scan:
         if len(self.modes) == 1:
             x, P = self.predict(0, dt, s.x[0], s.P[0], u)
             return Predicted([x], [P], np.ones((len(dt), 1)))
-        weights = (
-            self.transition(dt) * np.maximum(s.probability, 1e-100)[:, :, None]
-        )  # a mode never dies for good
+        weights = self.transition(dt) * np.maximum(s.probability, 1e-100)[:, :, None]  # a mode never dies for good
         prior = weights.sum(axis=1)
         weights /= prior[:, None, :]
         ahead = []
@@ -117,9 +112,7 @@ class Scan:
             ahead.append(self.predict(j, dt, x, P, u))
         return Predicted([x for x, _ in ahead], [P for _, P in ahead], prior)
 
-    def step(
-        self, s: States, time: Array, z: Array, sensor: Array, R: Array | None, u: Array | None
-    ) -> Outcome:
+    def step(self, s: States, time: Array, z: Array, sensor: Array, R: Array | None, u: Array | None) -> Outcome:
         """One scan of every track: sensor (B,) index; R of each row, variances or covariances, or None."""
         if self.coast > 0:
             lost = s.started & (time - s.last_accepted > self.coast)
@@ -134,9 +127,7 @@ class Scan:
         for i in np.unique(sensor):
             rows = np.flatnonzero(sensor == i)
             part = s.take(rows)
-            out.put(
-                rows, self._finish(part, ahead.take(rows), int(i), z[rows], None if R is None else R[rows])
-            )
+            out.put(rows, self._finish(part, ahead.take(rows), int(i), z[rows], None if R is None else R[rows]))
             s.put(rows, part)
         return out
 

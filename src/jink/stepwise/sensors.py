@@ -158,8 +158,7 @@ class OwnSensor:
         extent = getattr(self._sensor, "extent", outliers.extent)
         if np.shape(extent) != (self.rows,):
             raise ValueError(
-                f"{self.owner}.extent: with outliers expected {self.rows} numbers, how far each component "
-                "may lie"
+                f"{self.owner}.extent: with outliers expected {self.rows} numbers, how far each component may lie"
             )
         return np.array([log(positive(f"{self.owner}.extent", e)) for e in np.atleast_1d(extent)])
 
@@ -203,9 +202,7 @@ class OwnSensor:
         if len(rows):
             value = call(name, self._sensor.position, z[rows], R[rows])
             if not isinstance(value, tuple) or len(value) != 2:
-                raise ModelError(
-                    f"{name}: expected a position and its covariance, got {type(value).__name__}"
-                )
+                raise ModelError(f"{name}: expected a position and its covariance, got {type(value).__name__}")
             p[rows] = checked(name, value[0], (len(rows), axes), f"z {z[rows].shape}")
             P[rows] = checked(name, value[1], (len(rows), axes, axes), f"z {z[rows].shape}")
         return Fix(

@@ -54,9 +54,7 @@ def backward(engine: Scan, records: list[Record]) -> Iterator[Smoothed]:
             rows = np.flatnonzero(later.linked)
             with at_scan(k + 1), np.errstate(all="ignore"):
                 if len(rows) and len(x) == 1:
-                    x[0][rows], P[0][rows] = _one(
-                        engine, now.take(rows), later.take(rows), xs[0][rows], Ps[0][rows]
-                    )
+                    x[0][rows], P[0][rows] = _one(engine, now.take(rows), later.take(rows), xs[0][rows], Ps[0][rows])
                 elif len(rows) and messages is not None:
                     step = Several(engine, now.take(rows), later.take(rows), messages.take(rows))
                     for i in range(len(x)):
@@ -95,9 +93,7 @@ class Several:
     def __init__(self, engine: Scan, now: Record, later: Record, messages: Messages) -> None:
         self.engine, self.now, self.later = engine, now, later
         self.modes = range(len(engine.modes))
-        self._next = [
-            self._add_measurements(j, messages.J[j], messages.h[j], messages.s[j]) for j in self.modes
-        ]
+        self._next = [self._add_measurements(j, messages.J[j], messages.h[j], messages.s[j]) for j in self.modes]
         self._roots = [native.root(P) for P in now.P]
         pi = engine.transition(later.dt)
         link = np.log(np.maximum(pi * now.probability[:, :, None], LEAST))

@@ -26,9 +26,7 @@ class Start:
         at = {name: k for k, name in enumerate(mode.components)}
         return [(a, at[f"{kind}{axis}"]) for a, axis in enumerate("xyz"[:axes]) if f"{kind}{axis}" in at]
 
-    def from_prior(
-        self, s: States, rows: Array, x: Array, P: Array, time: Array, components: Sequence[str]
-    ) -> None:
+    def from_prior(self, s: States, rows: Array, x: Array, P: Array, time: Array, components: Sequence[str]) -> None:
         """From means and covariances in the reported components; a NaN time is that of the next scan."""
         for j, mode in enumerate(self.modes):
             at = [components.index(name) for name in mode.components]
@@ -108,6 +106,4 @@ def check_priors(modes: Sequence[Mode], starts: bool) -> None:
             lacking = [m.owner for m in modes if name not in m.components]
             if np.isnan(variance) and (lacking or (starts and not measured)):
                 why = f"{lacking[0]} has none to enter from" if lacking else "a track starts without it"
-                raise ValueError(
-                    f"{mode.owner}.prior_variance: expected a variance for {name!r}, since {why}"
-                )
+                raise ValueError(f"{mode.owner}.prior_variance: expected a variance for {name!r}, since {why}")

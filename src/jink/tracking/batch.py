@@ -92,9 +92,7 @@ def track(
     return back(tracked.tracks)
 
 
-def _from_data(
-    data: Any, reading: Reading, settings: Settings
-) -> tuple[Tracked, Callable[[pl.DataFrame], Any]]:
+def _from_data(data: Any, reading: Reading, settings: Settings) -> tuple[Tracked, Callable[[pl.DataFrame], Any]]:
     """Tracks of files or of a DataFrame, and what turns them into the kind that was given."""
     if isinstance(data, str | Path):
         data = [data]

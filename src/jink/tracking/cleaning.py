@@ -13,9 +13,7 @@ import polars as pl
 
 from ..io.measurements import DIMENSIONS
 
-STALE_SPEED = (
-    0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
-)
+STALE_SPEED = 0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
 STALE_SPEED_AT_END = 5.0  # m/s: the same at the end of a track, where no next position tells
 EARTH_RADIUS = 6_371_000.0
 
@@ -78,9 +76,7 @@ def _order(state: Cleaned, sort: bool) -> None:
     new = changes(rows["target"])
     backwards = ~new & np.r_[False, np.diff(rows["time"].to_numpy()) < 0] if rows.height else new
     if backwards.any() or int(new.sum()) != rows["target"].n_unique():
-        backwards = rows.select((pl.col("time") < pl.col("time").cum_max().over("target")).alias("b"))[
-            "b"
-        ].to_numpy()
+        backwards = rows.select((pl.col("time") < pl.col("time").cum_max().over("target")).alias("b"))["b"].to_numpy()
     state.counts["unsorted"] = int(backwards.sum()) if sort else 0
     if not sort:
         state.counts["out_of_order"] = int(backwards.sum())

@@ -100,8 +100,7 @@ class LiveTracks:
             text = JsonText(NAME, b"\n".join(lines))
         except InputError:
             return None, [
-                {"row": i, "reason": "not a JSON object", "value": _shown(line)}
-                for i, line in enumerate(lines)
+                {"row": i, "reason": "not a JSON object", "value": _shown(line)} for i, line in enumerate(lines)
             ]
         self.names += [name for name in text.names if name not in self.names]
         columns = recognise(NAME, self.names, self.reading.columns)
@@ -112,9 +111,13 @@ class LiveTracks:
         reading = self.reading
         try:
             found = measure(
-                NAME, frame, columns, altitude_unit=reading.altitude_unit, time_unit=reading.time_unit,
+                NAME,
+                frame,
+                columns,
+                altitude_unit=reading.altitude_unit,
+                time_unit=reading.time_unit,
                 check_coordinates=reading.check_coordinates,
-            )  # fmt: skip
+            )
         except InputError:  # no time in any of these lines
             refused = [{"row": row, "reason": "time is missing or unreadable"} for row in frame["row"]]
             return None, refused + list(unreadable.iter_rows(named=True))
@@ -126,17 +129,13 @@ class LiveTracks:
         texts = []
         for row in sorted(refused, key=lambda row: row["row"]):
             known = {key: value for key, value in row.items() if value is not None and key != "file"}
-            texts.append(
-                json.dumps(known | {"row": row["row"] + first, "status": "rejected"}, ensure_ascii=False)
-            )
+            texts.append(json.dumps(known | {"row": row["row"] + first, "status": "rejected"}, ensure_ascii=False))
         return "".join(text + "\n" for text in texts)
 
     def _step(self, row: dict[str, Any], position: str, third: str | None, states: list[Any]) -> str | None:
         """Give one row to its target's filter and append its state, or return why it cannot be used."""
         now, target = row["time"], self.followed.get(row["target"])
-        if target is not None and (
-            now < target.last or (now == target.last and self.settings.drop_duplicates)
-        ):
+        if target is not None and (now < target.last or (now == target.last and self.settings.drop_duplicates)):
             return "time occurs twice" if now == target.last else "time runs backwards"
         measured = row["measured"]
         if target is not None:
@@ -167,7 +166,9 @@ class LiveTracks:
             self.steps.append(step)
 
     def _choose_anew(self, target: Followed, position: str, third: str | None) -> None:
-        """At the second row the usual step is known, which some filters have probabilities for: begin again with that."""
+        """At the second row the usual step is known, which some filters have probabilities for: begin again with
+        that.
+        """
         filter_ = self._filter(target.axes, position, third)
         if filter_ is not target.filter:
             target.filter, target.live = filter_, filter_.start(1)
@@ -189,22 +190,16 @@ class LiveTracks:
                 self.notes.append(note)
         return self.filters[axes, pace]
 
-    def _tables(
-        self, rows: pl.DataFrame, states: list[Any], measurements: Measurements, third: str | None
-    ) -> str:
+    def _tables(self, rows: pl.DataFrame, states: list[Any], measurements: Measurements, third: str | None) -> str:
         """Estimates of rows of two or three axes as JSON Lines in the order in which they came."""
         tables = []
         for axes in sorted({state.axes for state in states}):
             which = np.array([state.axes == axes for state in states])
             some = [state for state in states if state.axes == axes]
-            part = rows.filter(pl.Series(which)).with_columns(
-                part=pl.Series([s.part for s in some], dtype=pl.Int32)
-            )
+            part = rows.filter(pl.Series(which)).with_columns(part=pl.Series([s.part for s in some], dtype=pl.Int32))
             site = None if measurements.position == "geographic" else self.settings.site
             placed = lay(part, measurements.position, site, axes, third if axes == 3 else None)
-            table = tracks_table(
-                _moved(placed, some), _joined(some), measurements.absolute
-            )
+            table = tracks_table(_moved(placed, some), _joined(some), measurements.absolute)
             tables.append(table.with_columns(segment=pl.Series([s.segment for s in some], dtype=pl.Int32)))
         table = pl.concat(tables, how="diagonal").sort("row").drop("file")
         return plain_times(table).write_ndjson()
@@ -221,9 +216,7 @@ def _known_units(columns: Columns) -> None:
 
 
 def _usual(given: dict[str, float], kind: str) -> dict[str, float]:
-    return (
-        USUAL_POLAR_SD | {"position": KINDS[kind].position_sd, "altitude": given.get("z", USUAL_ALTITUDE_SD)} | given
-    )
+    return USUAL_POLAR_SD | {"position": KINDS[kind].position_sd, "altitude": given.get("z", USUAL_ALTITUDE_SD)} | given
 
 
 def _measured(measurements: Measurements) -> pl.Series:
@@ -244,9 +237,7 @@ def _stale(row: dict[str, Any], position: str, target: Followed) -> bool:
     """The same position again while the target moves by its estimate and does not rest by its report."""
     place = tuple(
         row[name]
-        for name in {"geographic": ("latitude", "longitude"), "polar": ("range", "azimuth")}.get(
-            position, ("x", "y")
-        )
+        for name in {"geographic": ("latitude", "longitude"), "polar": ("range", "azimuth")}.get(position, ("x", "y"))
     )
     same, target.place = place == target.place, place
     resting = _finite(row["speed"]) and row["speed"] <= 0.5
@@ -276,9 +267,7 @@ def _measurement(row: dict[str, Any], position: str, third: str | None, target: 
     return [x, y, *vertical]
 
 
-def _advance(
-    target: Followed, row: dict[str, Any], now: float, z: list[float], measured: bool, position: str
-) -> Any:
+def _advance(target: Followed, row: dict[str, Any], now: float, z: list[float], measured: bool, position: str) -> Any:
     """Update the live filter and remember what the next row needs."""
     estimate = target.live.update(now - target.began, np.array([z]))
     index = {name: i for i, name in enumerate(estimate.components)}
@@ -290,10 +279,19 @@ def _advance(
         target.segment += target.manoeuvring is not None and level != target.manoeuvring
         target.manoeuvring = level
     return SimpleNamespace(
-        filter=target.filter, axes=target.axes, part=target.part, anchor=target.anchor, z=z, x=x, P=estimate.P[0].copy(),
-        segment=target.segment if any(estimate.non_manoeuvring) else None, mode_probability=estimate.mode_probability[0].copy(),
-        nis=estimate.nis[0], nis_dof=estimate.nis_dof[0], status=estimate.status[0],
-    )  # fmt: skip
+        filter=target.filter,
+        axes=target.axes,
+        part=target.part,
+        anchor=target.anchor,
+        z=z,
+        x=x,
+        P=estimate.P[0].copy(),
+        segment=target.segment if any(estimate.non_manoeuvring) else None,
+        mode_probability=estimate.mode_probability[0].copy(),
+        nis=estimate.nis[0],
+        nis_dof=estimate.nis_dof[0],
+        status=estimate.status[0],
+    )
 
 
 def _moved(placed: Placed, states: list[Any]) -> Placed:
@@ -303,9 +301,7 @@ def _moved(placed: Placed, states: list[Any]) -> Placed:
         return replace(placed, z=z)
     anchors = np.array([state.anchor for state in states])
     frame = DevelopedFrame(z[:, 0], z[:, 1], *anchors.T)
-    return replace(
-        placed, z=z, plane=z[:, :2], height=z[:, 2] if z.shape[1] > 2 else placed.height, frame=frame
-    )
+    return replace(placed, z=z, plane=z[:, :2], height=z[:, 2] if z.shape[1] > 2 else placed.height, frame=frame)
 
 
 def _joined(states: list[Any]) -> Estimate:

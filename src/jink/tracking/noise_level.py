@@ -52,17 +52,14 @@ def parse_sensor_sd(given: float | str | Mapping[str, float] | None) -> dict[str
     if isinstance(given, Mapping):
         pairs = [(str(key), value) for key, value in given.items()]
     else:
-        pairs = [
-            tuple(item.split("=", 1)) if "=" in item else ("position", item) for item in str(given).split(",")
-        ]
+        pairs = [tuple(item.split("=", 1)) if "=" in item else ("position", item) for item in str(given).split(",")]
     values: dict[str, float] = {}
     for key, text in pairs:
         key = key.strip()
         name, _, unit = (key, "", "") if key in GIVEN else key.rpartition("_")
         if name not in GIVEN or (unit and unit not in GIVEN[name]):
             raise InputError(
-                f"sensor-sd: {key!r} is not known; known are {', '.join(GIVEN)}, "
-                "also with a unit (azimuth_deg)"
+                f"sensor-sd: {key!r} is not known; known are {', '.join(GIVEN)}, also with a unit (azimuth_deg)"
             )
         try:
             value = float(text) * (GIVEN[name][unit] if unit else 1.0)
@@ -86,9 +83,7 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
     vertical = placed.components[2] if placed.axes == 3 else None
     measured = np.isfinite(placed.plane[:, 0]) & np.isfinite(placed.plane[:, 1])
     velocity = np.zeros((count, 2))
-    velocity[measured] = rough_velocity(
-        placed.time[measured], placed.plane[measured], _starts(placed, measured)
-    )
+    velocity[measured] = rough_velocity(placed.time[measured], placed.plane[measured], _starts(placed, measured))
     source, group, of_source = _groups(placed)
     some = placed.time[measured], placed.plane[measured], velocity[measured], _starts(placed, measured)
     found, stamps = plane_scatter(*some, group[measured], of_source.size)
@@ -104,9 +99,7 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
         found = component_sd(*some, of_source.size)
         asked = given.get("altitude", given.get("z"))
         figures["altitude_sd"], origins["altitude_sd"] = _decide(asked, found, of_source, USUAL_ALTITUDE_SD)
-    lines = _lines(
-        source, of_source, figures, origins, np.bincount(group[measured], minlength=of_source.size)
-    )
+    lines = _lines(source, of_source, figures, origins, np.bincount(group[measured], minlength=of_source.size))
     sd = {name: figure[group] for name, figure in figures.items()}
     for name in ("position_sd", "altitude_sd"):
         if name in sd and "given" not in origins[name]:
@@ -129,9 +122,7 @@ def _polar(placed: Placed, given: Mapping[str, float]) -> NoiseLevel:
         value = placed.z[known, column]
         value = np.unwrap(value) if name == "azimuth" else value
         found = component_sd(placed.time[known], value, _starts(placed, known), group[known], of_source.size)
-        figures[f"{name}_sd"], origins[f"{name}_sd"] = _decide(
-            given.get(name), found, of_source, USUAL_POLAR_SD[name]
-        )
+        figures[f"{name}_sd"], origins[f"{name}_sd"] = _decide(given.get(name), found, of_source, USUAL_POLAR_SD[name])
     counts = np.bincount(group, minlength=of_source.size)
     sd = {name: figure[group] for name, figure in figures.items()}
     lines = _lines(source, of_source, figures, origins, counts)
@@ -149,14 +140,8 @@ def _groups(placed: Placed) -> tuple[list[str], np.ndarray, np.ndarray]:
     sensor's column).
     """
     names = placed.rows["source"].unique(maintain_order=True)
-    source = (
-        placed.rows["source"].replace_strict(names, np.arange(len(names)), return_dtype=pl.Int64).to_numpy()
-    )
-    if (
-        placed.components[:2] != ("x", "y")
-        or not isinstance(placed.frame, DevelopedFrame)
-        or placed.sensors_named
-    ):
+    source = placed.rows["source"].replace_strict(names, np.arange(len(names)), return_dtype=pl.Int64).to_numpy()
+    if placed.components[:2] != ("x", "y") or not isinstance(placed.frame, DevelopedFrame) or placed.sensors_named:
         return names.to_list(), source, np.arange(len(names))
     target = np.cumsum(changes(placed.rows["target"])) - 1
     pair, group = np.unique(target * len(names) + source, return_inverse=True)
@@ -180,9 +165,7 @@ def _lines(
             if mine.sum() > 1:
                 line[f"{key}_range"] = [float(figure[mine].min()), float(figure[mine].max())]
             if key in origins:
-                line[f"{key}_from"] = str(
-                    max(set(origins[key][mine].tolist()), key=origins[key][mine].tolist().count)
-                )
+                line[f"{key}_from"] = str(max(set(origins[key][mine].tolist()), key=origins[key][mine].tolist().count))
         lines.append(line)
     return lines
 
@@ -214,9 +197,7 @@ def _stated(placed: Placed, sd: np.ndarray, name: str, lines: list[dict[str, Any
     known = np.isfinite(stated)
     if known.any():
         for line in lines:
-            line[f"{name}_stated_rows"] = int(
-                (known & (placed.rows["source"] == line["source"]).to_numpy()).sum()
-            )
+            line[f"{name}_stated_rows"] = int((known & (placed.rows["source"] == line["source"]).to_numpy()).sum())
     return np.where(known, stated, sd)
 
 

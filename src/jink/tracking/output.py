@@ -72,9 +72,7 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
     modes = {f"probability_{name}": estimate.mode_probability[:, i] for i, name in enumerate(estimate.modes)}
     manoeuvring = estimate.manoeuvring
     nis = {"nis": estimate.nis, "nis_dof": np.asarray(estimate.nis_dof).astype(np.uint8)}
-    table = pl.DataFrame(
-        {**head, **place, **columns, **sds, **modes, "manoeuvring": manoeuvring, **measured, **nis}
-    )
+    table = pl.DataFrame({**head, **place, **columns, **sds, **modes, "manoeuvring": manoeuvring, **measured, **nis})
     floats = [name for name, kind in table.schema.items() if kind == pl.Float64]
     table = table.with_columns(
         pl.col(floats).fill_nan(None),
@@ -86,9 +84,7 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
         row=placed.rows["row"],
     )
     if absolute:
-        table = table.with_columns(
-            (pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC"))
-        )
+        table = table.with_columns((pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC")))
     return table.select(_ordered(table.columns))
 
 

@@ -105,9 +105,7 @@ def lay(
     plane, height = np.column_stack([first, second]), vertical
     if position == "polar":
         plane, height = _flat(first, second, vertical, third)
-    return Placed(
-        rows, time, np.ascontiguousarray(z), plane, height, new, axes, names[:axes], frame, sensors_named
-    )
+    return Placed(rows, time, np.ascontiguousarray(z), plane, height, new, axes, names[:axes], frame, sensors_named)
 
 
 def begin_with_height(placed: Placed, covariance: np.ndarray) -> None:

@@ -50,8 +50,8 @@ class Settings:
 
 
 class Pace(NamedTuple):
-    """step (s): the usual time between two positions of a target, 0 where unknown; gap (s): without a position for longer a
-    track begins anew, 0: never; wait (s): the longest that a filter is prepared for."""
+    """step (s): the usual time between two positions of a target, 0 where unknown; gap (s): without a position for
+    longer a track begins anew, 0: never; wait (s): the longest that a filter is prepared for."""
 
     step: float
     gap: float
@@ -91,9 +91,7 @@ class Prepared:
 def prepare(measurements: Measurements, settings: Settings) -> Prepared:
     """Clean, place, tell the noise and choose filters; the measurements' own rows are let go. Errors: InputError."""
     pace = Pace.of(usual_step(measurements.rows), settings)
-    how = Cleaning(
-        pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale
-    )
+    how = Cleaning(pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale)
     cleaned = clean(measurements.rows, measurements.position, how)
     measurements.rows = measurements.rows.clear()
     site = None if measurements.position == "geographic" else settings.site
@@ -115,16 +113,16 @@ def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
     return Group(placed, level, purpose, filter, covariance)
 
 
-def choose(
-    components: Sequence[str], sd: Mapping[str, float], pace: Pace, settings: Settings
-) -> tuple[Purpose, Any]:
+def choose(components: Sequence[str], sd: Mapping[str, float], pace: Pace, settings: Settings) -> tuple[Purpose, Any]:
     """What a filter of these measurements is made for, and the filter. Errors: InputError."""
     purpose = purpose_of(components, sd, settings.kind, pace.wait, pace.step or 1.0)
     return purpose, chosen(settings.filter, purpose, components)
 
 
 def usual_step(rows: pl.DataFrame) -> float:
-    """The median time between two positions of a target (s), those at the same time left out; 0 where there are none."""
+    """The median time between two positions of a target (s), those at the same time left out; 0 where there are
+    none.
+    """
     new = changes(rows["target"])
     if new.sum() > rows.height / 2:  # targets take turns
         rows = rows.select("target", "time").sort("target", "time")

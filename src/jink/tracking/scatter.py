@@ -57,9 +57,7 @@ def third_differences(time: np.ndarray, value: np.ndarray, new: np.ndarray) -> t
     return np.asarray(total), index + 1
 
 
-def component_sd(
-    time: np.ndarray, value: np.ndarray, new: np.ndarray, group: np.ndarray, groups: int
-) -> np.ndarray:
+def component_sd(time: np.ndarray, value: np.ndarray, new: np.ndarray, group: np.ndarray, groups: int) -> np.ndarray:
     """Standard deviation of one measured component by group (G,), at least its step of quantisation over √12.
 
     group (N,) numbers the source (or target) of each row below `groups`; NaN where there was too little.
@@ -93,9 +91,7 @@ def plane_scatter(
     stamps = TAIL * grouped_quantile(along, of, groups, 0.9)
     own = position * grouped_quantile(1.0 / speed, of, groups, 0.5)
     either = MEDIAN * grouped_quantile(np.abs(difference).ravel(), np.repeat(of, 2), groups, 0.5)
-    typical = MEDIAN * grouped_quantile(
-        along, of, groups, 0.5
-    )  # turns make the 90 % quantile of slow sensors grow
+    typical = MEDIAN * grouped_quantile(along, of, groups, 0.5)  # turns make the 90 % quantile of slow sensors grow
     timed = moving & (typical > 1.5 * own) & (stamps > own)
     step = np.hypot(*np.diff(plane, axis=0, prepend=np.nan).T)
     step[new] = np.nan

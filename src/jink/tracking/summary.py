@@ -51,13 +51,9 @@ def summarise(
         "columns": loaded.measurements.named,
         "notes": notes,
         "cleaning": {name: count for name, count in cleaned.counts.items() if name in CLEANED},
-        "noise": [
-            line | {"axes": group.placed.axes} for group in groups for line in group.level.sources
-        ],
+        "noise": [line | {"axes": group.placed.axes} for group in groups for line in group.level.sources],
         "filter": {f"{group.placed.axes} axes": _described(group.filter) for group in groups},
-        "status": {
-            str(status): count for status, count in tracks["status"].value_counts(sort=True).iter_rows()
-        },
+        "status": {str(status): count for status, count in tracks["status"].value_counts(sort=True).iter_rows()},
         "consistency": nis_share(tracks),
     }
 

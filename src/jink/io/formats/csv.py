@@ -79,9 +79,7 @@ class CsvText:
                 row += 1
                 if len(fields) != len(self.names):
                     bad[0].append(row)
-                    bad[1].append(
-                        f"line {reader.line_num} has {len(fields)} fields, the header {len(self.names)}"
-                    )
+                    bad[1].append(f"line {reader.line_num} has {len(fields)} fields, the header {len(self.names)}")
                     bad[2].append(self.separator.join(fields)[:80])
                     continue
                 rows.append(row)

@@ -34,13 +34,10 @@ class JsonText:
             self.types, _ = _sample_types(self.lines)
         if not self.types:
             raise InputError(
-                f"{file} has no JSON objects that can be read; "
-                "an array of objects or one object per line is expected"
+                f"{file} has no JSON objects that can be read; an array of objects or one object per line is expected"
             )
         if all(kind == "container" for kind in self.types.values()) and b"\n" not in self.lines:
-            raise InputError(
-                f"{file} is a single JSON object; an array of objects or one object per line is expected"
-            )
+            raise InputError(f"{file} is a single JSON object; an array of objects or one object per line is expected")
         self.names = list(self.types)
 
     def read(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
@@ -69,18 +66,14 @@ class JsonText:
             rows.append(row)
             for name, column in columns.items():
                 column.append(_text(value.get(name)))
-        frame = pl.DataFrame(
-            {"row": rows, **columns}, schema={"row": pl.UInt32, **dict.fromkeys(wanted, pl.String)}
-        )
+        frame = pl.DataFrame({"row": rows, **columns}, schema={"row": pl.UInt32, **dict.fromkeys(wanted, pl.String)})
         return frame, unreadable(*bad)
 
     def _records(self) -> Iterator[tuple[Any, str | None]]:
         """Each record's value, or the text that could not be read as one."""
         if self.array is not None:
             try:
-                values = json.loads(
-                    self.array.decode("utf-8", errors="replace"), parse_constant=lambda _: None
-                )
+                values = json.loads(self.array.decode("utf-8", errors="replace"), parse_constant=lambda _: None)
             except (ValueError, RecursionError):
                 pass
             else:

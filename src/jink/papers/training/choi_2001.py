@@ -53,9 +53,14 @@ def end_to_end(scenario: str, least: float, most: float, steps: int, velocity_sh
     def make(seed: int, quick: bool) -> Kalman:
         training, validation = _source(scenario, 200 if quick else 4000, seed)
         network = train_end_to_end(
-            training, validation, least=least, most=most, steps=20 if quick else steps, seed=seed,
+            training,
+            validation,
+            least=least,
+            most=most,
+            steps=20 if quick else steps,
+            seed=seed,
             velocity_share=velocity_share,
-        )  # fmt: skip
+        )
         method = "end to end on the tracking error"
         if velocity_share:
             method += f", {velocity_share:.0%} of it the velocity's"
@@ -79,7 +84,9 @@ def modes_supervised(scenario: str) -> Trainer:
 
 
 def modes_end_to_end(scenario: str, variances: tuple[float, ...]) -> Trainer:
-    """Scores that start from labels and are made better on the tracking error through all modes; the best three share the estimate."""
+    """Scores that start from labels and are made better on the tracking error through all modes; the best three share
+    the estimate.
+    """
 
     def make(seed: int, quick: bool) -> NeuralModes:
         training, validation = _source(scenario, 200 if quick else 2000, seed)

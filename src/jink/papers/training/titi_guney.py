@@ -19,10 +19,7 @@ SD = 50.0  # m
 def runs_of(targets: tuple[int, ...], runs: int, seed: int, interval: float = 1.0) -> Runs:
     """x (north) of benchmark aircraft, all 185 s, sd 50 m."""
     return joined(
-        [
-            from_scenario(f"benchmark-{t}", runs, seed, sensor=SD, interval=interval).along([1])
-            for t in targets
-        ]
+        [from_scenario(f"benchmark-{t}", runs, seed, sensor=SD, interval=interval).along([1]) for t in targets]
     )
 
 
@@ -37,8 +34,7 @@ def as_published(slowness: float, model: str, interval: float = 1.0) -> Trainer:
 
     def make(seed: int, quick: bool) -> Aided:
         training, validation, test = (
-            runs_of((1,), min(n, 20) if quick else n, seed + k, interval)
-            for k, n in enumerate(counts, start=1)
+            runs_of((1,), min(n, 20) if quick else n, seed + k, interval) for k, n in enumerate(counts, start=1)
         )
         filter = aid.tuned_acceleration(training, slowness)
         settings: dict[str, Any] = {}
@@ -78,9 +74,7 @@ def _fleet(targets: tuple[int, ...], runs: int, seed: int) -> Runs:
     )
 
 
-def _aided(
-    filter: Kalman, found: Corrector, tests: dict[str, Runs], method: str, training: Runs, seed: int
-) -> Aided:
+def _aided(filter: Kalman, found: Corrector, tests: dict[str, Runs], method: str, training: Runs, seed: int) -> Aided:
     figures = []
     for words, test in tests.items():
         alone, aided = (float(aid.position_rms(filter, test, c)[0]) for c in (None, found))
