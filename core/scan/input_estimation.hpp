@@ -154,10 +154,9 @@ template <class T> class InputEstimation {
         }
     }
 
-    // Y = L D L' with D no smaller than what rounding leaves of it; over = 1 / D. The mask: whether Y determines every axis.
-    template <int A> JINK_INLINE static Mask<T> factor(const T *Y, T (&L)[A][A], T *over) {
+    // Y = L D L', over = 1 / D; 0 for an axis that the innovations do not determine, which is then not corrected.
+    template <int A> JINK_INLINE static void factor(const T *Y, T (&L)[A][A], T *over) {
         T D[A];
-        Mask<T> determined = splat_mask<T>(true);
         JINK_UNROLL
         for (int j = 0; j < A; ++j) {
             const T whole = larger<T>(Y[packed(j, j)] * (1.0 + 1e-12), splat<T>(1e-200));
@@ -165,9 +164,9 @@ template <class T> class InputEstimation {
             JINK_UNROLL
             for (int k = 0; k < j; ++k) D[j] = D[j] - L[j][k] * L[j][k] * D[k];
             // a pivot sums some 30 products (scans by components), each rounded to 1.1e-16 of `whole`: what is below 1e-14 is rounding
-            determined = determined & (D[j] > larger<T>(1e-14 * whole, splat<T>(1e-200)));
+            const Mask<T> determined = D[j] > larger<T>(1e-14 * whole, splat<T>(1e-200));
             D[j] = larger<T>(D[j], 2.220446049250313e-16 * whole);
-            over[j] = reciprocal(D[j]);
+            over[j] = select<T>(determined, reciprocal(D[j]), splat<T>(0.0));
             JINK_UNROLL
             for (int i = j + 1; i < A; ++i) {
                 L[i][j] = Y[packed(i, j)];
@@ -176,14 +175,13 @@ template <class T> class InputEstimation {
                 L[i][j] = L[i][j] * over[j];
             }
         }
-        return determined;
     }
 
-    // y' Y^-1 y; 0 while the innovations do not determine the acceleration of every axis
+    // y' Y^-1 y
     template <int A> JINK_INLINE T strength(const T *at) const {
         using O = Onset<A>;
         T L[A][A] = {}, over[A], u[A], sum = splat<T>(0.0);
-        const Mask<T> determined = factor<A>(at + O::Y, L, over);
+        factor<A>(at + O::Y, L, over);
         JINK_UNROLL
         for (int a = 0; a < A; ++a) {
             u[a] = at[O::y + a];
@@ -191,7 +189,7 @@ template <class T> class InputEstimation {
             for (int k = 0; k < a; ++k) u[a] = u[a] - L[a][k] * u[k];
             sum = sum + u[a] * u[a] * over[a];
         }
-        return select<T>(determined, sum, splat<T>(0.0));
+        return sum;
     }
 
     // x += M Y^-1 y, P += M Y^-1 M', with W = M L^-T: M Y^-1 M' = W D^-1 W'.
