@@ -35,6 +35,7 @@ dev: $(ENGINE) $(VENV)/.with-dev
 lint: dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/codespell
 	$(BIN)/pyright
 
 bench: $(ENGINE) $(VENV)/.with-bench

@@ -49,7 +49,7 @@ cp "$here"/engine/_native_*.so "$here/package/jink/"
 
 # a Graviton 2; one thread, since emulated ones gain nothing
 export PYTHONPATH=$here/package:$site PYTHONDONTWRITEBYTECODE=1 OPENBLAS_NUM_THREADS=1
-# what takes some 15 minutes; tests/test_native_*.py are more of the kind, and slow when emulated
-tests=(tests/test_contract*.py tests/test_oracle_{adaptive,motion,native,sensor}.py)
+# what takes some 15 minutes; tests/filters/test_native_*.py are more of the kind, and slow when emulated
+tests=(tests/contract/test_contract*.py tests/filters/test_oracle_{adaptive,native}.py tests/models/test_oracle_{motion,sensor}.py)
 [ $# -gt 0 ] && tests=("$@")
 exec qemu-aarch64 -cpu neoverse-n1 -L "$root" "$root/usr/bin/python3.11" -m pytest -p no:cacheprovider "${tests[@]}"

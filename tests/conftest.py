@@ -11,7 +11,8 @@ from pathlib import Path
 
 from hypothesis import HealthCheck, settings
 
-sys.path.insert(0, str(Path(__file__).parent))
+# the oracle package, and what several test files share
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "support")]
 
 settings.register_profile(
     "jink",

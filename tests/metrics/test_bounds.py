@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
+import families
 import numpy as np
 import pytest
 
 import jink
 from jink import metrics
 from jink.compare import clairvoyant
-
-sys.path.insert(0, str(Path(__file__).parent))
-import families
 
 SCANS = 30
 F1 = np.array([[1.0, 2.0], [0, 1]])

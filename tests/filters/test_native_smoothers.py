@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from networks import random_network
 from oracle import many
 from oracle import motion as om
 from oracle.adaptive_imm import adaptive_imm, levels
@@ -16,7 +17,7 @@ from oracle.neural_vsmm import by_parameter, log_inputs
 from oracle.pseudo_bayesian import gpb1, gpb2, static
 from oracle.recorded import smoothed
 from test_native_adaptive import ESTIMATORS, R, assert_close, bank, position, reports, stay
-from test_native_learned import fuzzy_modes, random_network, rules
+from test_native_learned import fuzzy_modes, rules
 
 import jink
 from jink.models.noise_network import ModeNetwork, NoiseNetwork

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from hypothesis import strategies as st
-from test_native_learned import membership_functions, random_network
+from networks import membership_functions, random_network
 
 import jink
 from jink.filters.variable_structure import line_transition

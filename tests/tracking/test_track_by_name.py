@@ -15,7 +15,7 @@ from jink.catalogue.choose import choose_filter
 from jink.catalogue.registry import FILTERS
 from jink.cli.main import app
 
-FLIGHTS = Path(__file__).parent.parent / "examples" / "flights.parquet"
+FLIGHTS = Path(__file__).parents[2] / "examples" / "flights.parquet"
 SURE = dict.fromkeys(
     ["imm-cv-ct", "variable-dimension"], 0.15
 )  # its straight mode takes some onsets for outliers: up to this share

@@ -6,13 +6,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from agreement import assert_agrees
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from oracle import twin as tw
 from oracle.situations import SITUATIONS, flight
 from subjects import assert_positive
-from test_oracle_native import assert_agrees
 
 import jink
 

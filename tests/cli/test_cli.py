@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from jink.cli.main import app
 
-FLIGHTS = Path(__file__).parent.parent / "examples" / "flights.parquet"
+FLIGHTS = Path(__file__).parents[2] / "examples" / "flights.parquet"
 TEXT_ENVIRONMENT = os.environ | {"COLUMNS": "200", "NO_COLOR": "1"}
 
 

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import jink
 from benchmarks.efficiency import FAMILIES, against
 from benchmarks.families import REACH, fitted, scored
 
-STORED = Path(__file__).resolve().parents[1] / "benchmarks" / "families.json"
+STORED = Path(__file__).resolve().parents[2] / "benchmarks" / "families.json"
 PUBLISHED = {family.scenario: family.published for family in FAMILIES}
 
 

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from itertools import product
-from pathlib import Path
 
+import families
 import numpy as np
 import pytest
 
 import jink
 from jink.compare import near_optimal
 from jink.compare.priors import RandomAccelerations, RandomTurns
-
-sys.path.insert(0, str(Path(__file__).parent))
-import families
 
 RUNS, FIRST = 300, 5
 

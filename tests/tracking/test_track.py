@@ -16,7 +16,7 @@ from pyproj import Geod
 import jink
 from jink.io.errors import InputError
 
-FLIGHTS = Path(__file__).parent.parent / "examples" / "flights.parquet"
+FLIGHTS = Path(__file__).parents[2] / "examples" / "flights.parquet"
 GEOD = Geod(ellps="WGS84")
 
 

@@ -7,8 +7,8 @@ The same through files and the command: test_bad_files.
 from __future__ import annotations
 
 import pytest
+from networks import random_network
 from own_models import Gauge, Straight
-from test_native_learned import random_network
 
 import jink
 from jink.filters.adaptive_imm import aimm, symmetric_levels

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
+from networks import membership_functions, random_network
 from numpy.testing import assert_allclose
 from oracle import motion as om
 from oracle.aided import Anfis, Perceptron, aided_position, within
@@ -19,7 +18,6 @@ import jink
 from jink.metrics.chi_square import quantile
 from jink.models.anfis import Anfis as NativeAnfis
 from jink.models.corrector import Corrector
-from jink.models.network import Network
 from jink.models.noise_network import ModeNetwork, NoiseNetwork
 
 TABLES = [
@@ -114,12 +112,6 @@ def test_variable_dimension(axes, window):
     assert began >= 3 and ended >= 1
 
 
-def random_network(sizes, seed, gain=1.0):
-    rng = np.random.default_rng(seed)
-    weights = [gain * rng.normal(size=(o, i)) for i, o in itertools.pairwise(sizes)]
-    return Network([w.tolist() for w in weights], [rng.normal(size=o).tolist() for o in sizes[1:]])
-
-
 FORMS = {
     "published": {
         "inputs": "likelihood",
@@ -178,14 +170,6 @@ def test_a_network_that_weighs_the_modes(best, axes):
     assert_same(f, want, time, z)
     assert ((want.mu[:, 2:] > 0).sum(axis=-1) == best).all()
     assert len(np.unique(want.mu[:, 2:].argmax(axis=-1))) >= 2
-
-
-def membership_functions(kind, count, low, high):
-    peaks = np.linspace(low, high, count)
-    step = peaks[1] - peaks[0]
-    if kind == "triangular":
-        return [(p - step, p, p + 1.1 * step) for p in peaks]
-    return [(p, 0.4 * step) if kind == "gaussian" else (p, 0.5 * step, 1.7) for p in peaks]
 
 
 def models(kind, inputs):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from jink import papers
+from jink import catalogue
 from jink.cli.reproduce import ReproduceRequest, run_reproduce
 from jink.papers import PAPERS, run
 from jink.papers.drawing import Chart, Line, Surface
@@ -155,7 +155,7 @@ NETWORKS = {  # limits of the median in scenarios 1 to 4, by what the models are
     "modes-end-to-end": ("modes, end to end", (1.20, 1.47, 1.83, 1.88)),
     "modes-wide": ("modes, wide", (0.95, 1.41, 1.30, 1.35)),
 }
-MODELS = Path(papers.__file__).parent / "models"
+MODELS = Path(catalogue.__file__).parent / "models"
 COMPLETE = [name for name in NETWORKS if len(list(MODELS.glob(f"choi-2001-{name}-seed-*.json"))) == 5]
 
 

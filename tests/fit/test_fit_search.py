@@ -15,7 +15,7 @@ from jink.fit.fitting import chosen_objective, training_data
 from jink.fit.search import CANDIDATES, search
 from jink.io.errors import InputError
 
-FLIGHTS = str(Path(__file__).resolve().parents[1] / "examples" / "flights.parquet")
+FLIGHTS = str(Path(__file__).resolve().parents[2] / "examples" / "flights.parquet")
 
 
 def prepared(name, runs=20, check_runs=60):

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 from subjects import NAMED, build
-from test_bad_input import CA, CV, LEVELS
 from typer.testing import CliRunner
 
 import jink
@@ -21,7 +20,9 @@ from jink.catalogue.registry import FILTERS
 from jink.cli.main import app
 from jink.filters.loading import read
 
-FLIGHTS = Path(__file__).parent.parent / "examples" / "flights.parquet"
+CV, CA = jink.ConstantVelocity(acceleration_sd=1.0), jink.ConstantAcceleration(jerk_psd=1.0)
+LEVELS = [jink.ConstantVelocity(acceleration_sd=sd) for sd in (1.0, 3.0, 9.0, 27.0)]
+FLIGHTS = Path(__file__).parents[2] / "examples" / "flights.parquet"
 SPACE = jink.Position(sd=25.0, axes=3)
 FUZZY = jink.CurrentStatistical(limits=jink.FuzzyLimits(threshold=7.5, operating=6.75))
 

@@ -42,7 +42,7 @@ def test_batch_is_a_loop_and_threads_change_nothing(name):
 
 LEVEL_RUN = """
 import sys
-sys.path.insert(0, sys.argv[1])
+sys.path[:0] = [sys.argv[1], sys.argv[1] + "/support"]
 import numpy as np
 from subjects import SUBJECTS, build, fleet
 
@@ -64,7 +64,7 @@ def lower_level(request, tmp_path_factory):
     if find_spec(f"jink._native_{level}") is None:
         pytest.skip(f"{level} is not installed: only built by make install LEVELS=all")
     out = tmp_path_factory.mktemp(level) / "out.npz"
-    command = [sys.executable, "-c", LEVEL_RUN, str(Path(__file__).parent), str(out)]
+    command = [sys.executable, "-c", LEVEL_RUN, str(Path(__file__).parents[1]), str(out)]
     subprocess.run(command, check=True, env=os.environ | {"JINK_ISA": level})
     return dict(np.load(out))
 

@@ -17,7 +17,7 @@ import jink
 from jink.cli.fit import FitRequest, run_fit
 from jink.cli.simulate import SimulateRequest, run_simulate
 
-FLIGHTS = str(Path(__file__).resolve().parents[1] / "examples" / "flights.parquet")
+FLIGHTS = str(Path(__file__).resolve().parents[2] / "examples" / "flights.parquet")
 
 
 @pytest.fixture(scope="module")
