@@ -42,7 +42,7 @@ FILES = {  # a filter, a change of its file, and what is said of it
         partial(jink.Kalman, FUZZY, SPACE),
         ("motions", 0, "limits", "operating"),
         8.0,
-        "motions[0].limits: FuzzyLimits.operating: expected below threshold 7.5",
+        "motions[0].limits: FuzzyLimits.operating: expected a value below the threshold 7.5",
     ),
     "exponent": (
         partial(jink.Kalman, FUZZY, SPACE),
@@ -81,7 +81,7 @@ FILES = {  # a filter, a change of its file, and what is said of it
         "residuals up to 0.9 m, and the sensor's sd is 25 m; expected metres and (m/s²)²",
     ),
     "units": (three_axes("kalman-cv"), ("units",), "km", "units 'km'; expected SI"),
-    "version": (three_axes("kalman-cv"), ("version",), 99, "is of version 99; this jink reads version 1"),
+    "version": (three_axes("kalman-cv"), ("version",), 99, "has version 99; this jink reads version 1"),
     "training range": (
         three_axes("anfis-kf"),
         ("corrector", "low", 0),
@@ -116,7 +116,7 @@ FILES = {  # a filter, a change of its file, and what is said of it
         partial(jink.Kalman, FUZZY, SPACE),
         ("motions", 0, "limits"),
         {"kind": "Limits"},
-        "motions[0].limits: kind 'Limits' is none of",
+        "motions[0].limits: kind 'Limits' is not one of",
     ),
     "a part too many": (
         partial(jink.Kalman, FUZZY, SPACE),

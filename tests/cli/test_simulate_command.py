@@ -130,7 +130,7 @@ def test_bad_requests(tmp_path, arguments, said):
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("s.xyz", "no known format"), ("s.geojson", "cannot be GeoJSON"), ("no/s.csv", "there is no directory")],
+    [("s.xyz", "unknown extension"), ("s.geojson", "cannot be GeoJSON"), ("no/s.csv", "there is no directory")],
 )
 def test_bad_outputs(tmp_path, name, said):
     status, _, error = run("lee-2003", "-o", tmp_path / name)

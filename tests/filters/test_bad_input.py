@@ -24,11 +24,11 @@ ISLAND = [[0.9, 0.1, 0, 0], [0.1, 0.9, 0, 0], [0, 0, 0.9, 0.1], [0, 0, 0.1, 0.9]
 REFUSED = {  # a call, and what its message must say
     "operating above threshold": (
         lambda: jink.FuzzyLimits(threshold=100.0, operating=120.0),
-        "FuzzyLimits.operating: expected below threshold 100 m/s², got 120",
+        "FuzzyLimits.operating: expected a value below the threshold 100 m/s², got 120",
     ),
     "operating at the threshold": (
         lambda: jink.FuzzyLimits(threshold=80.0, operating=80.0),
-        "FuzzyLimits.operating: expected below threshold 80 m/s², got 80",
+        "FuzzyLimits.operating: expected a value below the threshold 80 m/s², got 80",
     ),
     "exponent beyond its bound": (
         lambda: jink.FuzzyLimits(threshold=100.0, operating=90.0, up=1.06),
@@ -96,7 +96,7 @@ REFUSED = {  # a call, and what its message must say
     ),
     "a grid over different models": (
         lambda: jink.AdaptiveGrid([CV, CA], PLANE),
-        "motions: a grid lies between modes of one motion",
+        "motions: expected modes of one motion",
     ),
     "thresholds that overlap": (
         lambda: jink.AdaptiveGrid(LEVELS, PLANE, unlikely=0.9, likely=0.8),
@@ -112,8 +112,7 @@ REFUSED = {  # a call, and what its message must say
     ),
     "an estimate that nobody makes": (
         lambda: jink.IMM([AROUND, CV], PLANE, 0.9),
-        "AccelerationLevel.estimated counts from what a jink.AdaptiveIMM estimates; IMM has no such estimate; "
-        "expected estimated=False",
+        "AccelerationLevel.estimated needs the estimate of a jink.AdaptiveIMM; IMM has none; expected estimated=False",
     ),
     "an estimate that nobody makes, deeper": (
         lambda: jink.Kalman(jink.FuzzyNoise(AROUND, jink.FuzzyRules.constant(3.0, 50.0)), PLANE),
@@ -125,7 +124,7 @@ REFUSED = {  # a call, and what its message must say
     ),
     "a level beside a model of your own": (
         lambda: jink.IMM([Straight(1.0), jink.AccelerationLevel(CV, 3.0)], PLANE, 0.9),
-        "motions: AccelerationLevel adapts, or adds an acceleration, which beside models of your own is not done",
+        "motions: AccelerationLevel adapts its noise or adds an acceleration; beside models of your own, expected",
     ),
     "noise that adapts beside a sensor of your own": (
         lambda: jink.Kalman(jink.CurrentStatistical(acceleration_max=30.0), Gauge(25.0)),
@@ -153,7 +152,7 @@ REFUSED = {  # a call, and what its message must say
             PLANE,
             0.9,
         ),
-        "motions: in GPB2 a pair of modes has no memory of its own",
+        "motions: GPB2 keeps no memory for a pair of modes",
     ),
     "a window of nothing": (
         lambda: jink.InputEstimation(CV, PLANE, window=0),
@@ -165,7 +164,7 @@ REFUSED = {  # a call, and what its message must say
     ),
     "a manoeuvre in a quiet filter": (
         lambda: jink.InputEstimation(CA, PLANE),
-        "motion: expected a ConstantVelocity, which knows of no acceleration, got ConstantAcceleration",
+        "motion: expected a ConstantVelocity, got ConstantAcceleration",
     ),
     "a false alarm every time": (
         lambda: jink.VariableDimension(CV, CA, PLANE, false_alarm=1.0),

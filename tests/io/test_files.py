@@ -145,7 +145,7 @@ def test_csv_with_quotes_line_ends_and_foreign_bytes(tmp_path):
         (b"", "is empty"),
         (b"  \n \n", "is empty"),
         (b"1,2,3\n4,5,6\n", "has no header"),
-        (b"t,x,t\n1,2,3\n", "names a column twice: t"),
+        (b"t,x,t\n1,2,3\n", "has the same column twice: t"),
         (b"PAR1 and then nothing of the kind", "not a readable parquet file"),
         (b"ARROW1\x00\x00 no", "not a readable arrow file"),
         (b"PK\x03\x04 zipped", "ZIP archive"),

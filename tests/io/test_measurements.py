@@ -78,7 +78,7 @@ def test_every_rejected_row_names_its_reason_and_its_value():
         3: "latitude is not a number",
         4: "latitude beyond ±90°",
         5: "latitude and longitude exactly 0",
-        6: "latitude without longitude or the reverse",
+        6: "only one of latitude and longitude is given",
         7: "longitude beyond ±360°",
         8: "no identifier",
     }

@@ -172,7 +172,9 @@ class AdaptiveIMM(IMM):
                 f"estimator: expected AugmentedAcceleration or TwoStageAcceleration, got {type(estimator).__name__}"
             )
         if not any(getattr(m, "estimated", False) for m in motions):
-            raise ValueError("motions: none is an AccelerationLevel with estimated=True; nothing would adapt")
+            raise ValueError(
+                "motions: expected at least one AccelerationLevel with estimated=True; without one, nothing adapts"
+            )
         self.estimator = estimator
         super().__init__(motions, sensor, transition, **options)
 

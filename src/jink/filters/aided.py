@@ -31,9 +31,9 @@ class Aided(Bank):
 
     def __init__(self, filter: Bank, corrector: Corrector) -> None:
         if isinstance(filter, Aided):
-            raise TypeError("filter: is aided already")
+            raise TypeError("filter: already has a learned aid")
         if filter.declaration is None:
-            raise TypeError("filter: an aid runs on jink's own motion and sensor models")
+            raise TypeError("filter: an aid works only with jink's own motion and sensor models")
         self.filter_, self.corrector = filter, corrector
         self.motions, self.sensors = filter.motions, filter.sensors
         self.outliers, self.initial = filter.outliers, filter.initial

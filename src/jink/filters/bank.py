@@ -93,9 +93,8 @@ class Bank:
         modes = [native_mode(m, self.axes) for m in self.motions]
         if any(mode.around_side for mode in modes) and (parts is None or parts.side is None):
             raise ValueError(
-                "motions: AccelerationLevel.estimated counts from what a jink.AdaptiveIMM estimates; "
-                f"{type(self).__name__} has no "
-                "such estimate; expected estimated=False"
+                "motions: AccelerationLevel.estimated needs the estimate of a jink.AdaptiveIMM; "
+                f"{type(self).__name__} has none; expected estimated=False"
             )
         declaration.modes = modes
         declaration.sensors = [s.native(self.outliers) for s in self.sensors]
@@ -110,16 +109,15 @@ class Bank:
         for motion in self.motions:
             if hasattr(motion, "native") and not is_fixed(native_mode(motion, self.axes)):
                 raise TypeError(
-                    f"motions: {type(motion).__name__} adapts, or adds an acceleration, which beside models of "
-                    "your own is not "
-                    "done; expected motion models of fixed noise"
+                    f"motions: {type(motion).__name__} adapts its noise or adds an acceleration; beside models of your "
+                    "own, expected motion models of fixed noise"
                 )
         given_prior = isinstance(self.initial, Prior)
         self.engine = Stepwise(self.motions, self.sensors, self.axes, self.outliers, given_prior, declaration)
 
     @property
     def axes(self) -> int:
-        """Of the space the target moves in: the sensors', else as many positions as a model of your own has."""
+        """Number of space axes: the sensors', or as many as your own model has positions."""
         for sensor in self.sensors:
             if getattr(sensor, "axes", None):
                 return int(sensor.axes or 2)
@@ -128,12 +126,12 @@ class Bank:
 
     @property
     def components(self) -> tuple[str, ...]:
-        """What the columns of x are: px, vx, (ax), ... then turn_rate, then those of your own names."""
+        """Names of the columns of x: px, vx, (ax), ..., turn_rate, then your own names."""
         return getattr(self.engine, "components", None) or component_names(self.motions, self.axes)
 
     @property
     def columns(self) -> int:
-        """How many columns z has: the components of the sensor that measures most."""
+        """Number of columns of z: the components of the sensor that measures most."""
         return int(getattr(self.declaration or self.engine, "columns", 0))
 
     @property
@@ -152,12 +150,12 @@ class Bank:
 
     @property
     def modes(self) -> tuple[str, ...]:
-        """What the columns of mode_probability are."""
+        """Names of the columns of mode_probability."""
         return mode_names(self.motions)
 
     @cached_property
     def non_manoeuvring(self) -> tuple[bool, ...]:
-        """Of each mode whether a target in it does not manoeuvre: :mod:`jink.models.non_manoeuvring`."""
+        """Whether a target in each mode flies straight: :mod:`jink.models.non_manoeuvring`."""
         return non_manoeuvring_modes(self.motions, self.axes)
 
     def filter(
@@ -189,7 +187,7 @@ class Bank:
 
     @same_arguments(filter)
     def smooth(self, time: ArrayLike, z: ArrayLike, **options: Any) -> Estimate:
-        """Filter, then let every row's estimate know its whole track; the arguments are those of :meth:`filter`.
+        """Filter, then smooth: every row's estimate uses its whole track. Arguments as in :meth:`filter`.
 
         x, P and mode_probability are smoothed; log_likelihood, nis, pit and status are the filter's. Errors: ValueError
         for a filter that cannot be smoothed, with what to smooth instead. Method: docs/smoothing.md.
@@ -214,7 +212,7 @@ class Bank:
         if int(lag) != lag or lag < 0:
             raise ValueError(f"lag: expected a whole number of scans, got {lag!r}")
         if lag and self.not_smoothed:
-            raise ValueError(f"lag: smoothing is not defined for {type(self).__name__}: {self.not_smoothed}")
+            raise ValueError(f"lag: cannot smooth {type(self).__name__}: {self.not_smoothed}")
         if n is not None and (int(n) != n or n < 1):
             raise ValueError(f"n: expected a number of targets, got {n!r}")
         live: Any = self.engine.one(int(lag)) if n is None else self._many(int(n), int(lag), outputs)
@@ -291,7 +289,7 @@ class Bank:
         self, batch: Batch, threads: int | None, outputs: Sequence[str] | None, out: Estimate | None, *, smooth: bool
     ) -> Estimate:
         if smooth and self.not_smoothed:
-            raise ValueError(f"smooth: is not defined for {type(self).__name__}: {self.not_smoothed}")
+            raise ValueError(f"smooth: cannot smooth {type(self).__name__}: {self.not_smoothed}")
         results, slots, status = allocate(
             outputs,
             out,
@@ -306,7 +304,7 @@ class Bank:
 
 
 def _check_units(motions: tuple[Any, ...], sensors: tuple[Any, ...]) -> None:
-    """Were learned parts of the motions made for residuals such as these sensors give?"""
+    """Check that learned parts of the motions suit the residuals of these sensors."""
     for sd in {float(s.sd) for s in sensors if isinstance(getattr(s, "sd", None), int | float)}:
         for motion in motions:
             if hasattr(motion, "check_units"):

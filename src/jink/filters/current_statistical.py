@@ -38,8 +38,8 @@ class FuzzyLimits:
         )
         if a_up >= a_th:
             raise ValueError(
-                f"FuzzyLimits.operating: expected below threshold {a_th:g} m/s², got {a_up:g}; a_max reaches no "
-                "higher than that"
+                f"FuzzyLimits.operating: expected a value below the threshold {a_th:g} m/s², the largest that "
+                f"a_max reaches, got {a_up:g}"
             )
         bound = a_th * math.log(a_th / a_up) / (a_th - a_up)
         for name in ("up", "down"):

@@ -46,9 +46,7 @@ class InputEstimation(Bank):
         self._declare((motion,), sensor, outliers, initial, coast)
         self.window, self.shortest, self.false_alarm = window, shortest, false_alarm
         if getattr(motion, "name", "") != "constant_velocity":
-            raise ValueError(
-                f"motion: expected a ConstantVelocity, which knows of no acceleration, got {type(motion).__name__}"
-            )
+            raise ValueError(f"motion: expected a ConstantVelocity, got {type(motion).__name__}")
         length = whole("window", window, 1, 64, " of scans")
         least = max(1, length // 2) if shortest is None else whole("shortest", shortest, 1, length, " of scans")
         from ..metrics.chi_square import quantile

@@ -34,7 +34,7 @@ class LiveBatch:
         wanted = OUTPUTS if outputs is None else tuple(outputs)
         unknown = [name for name in wanted if name not in OUTPUTS]
         if unknown:
-            raise ValueError(f"outputs: {unknown[0]!r} is none of {', '.join(OUTPUTS)}")
+            raise ValueError(f"outputs: {unknown[0]!r} is not one of {', '.join(OUTPUTS)}")
         shapes = {"x": (n, components), "P": (n, components, components), "mode_probability": (n, modes)}
         self._shapes = {name: shapes.get(name, (n,)) for name in OUTPUTS if name in wanted and name != "status"}
         self._last = np.full(n, -np.inf)
@@ -92,7 +92,7 @@ class LiveBatch:
         if times.shape not in ((1,), (self.n,)) or not np.isfinite(times).all():
             raise ValueError(f"t: expected one time or {self.n} of them, finite")
         if np.any(times < self._last):
-            raise ValueError("t: lies before the last update; updates must come in the order of time")
+            raise ValueError("t: lies before the last update; updates must come in order of time")
         self._last = np.array(np.broadcast_to(times, (self.n,)))
         return times
 

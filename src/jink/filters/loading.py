@@ -73,7 +73,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     try:
         text = Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: is no JSON filter file ({error})") from None
+        raise ValueError(f"{path}: is not a jink filter file: it is not valid JSON ({error})") from None
     return read(text, str(path))
 
 
@@ -82,13 +82,13 @@ def read(text: str, path: str) -> Any:
     try:
         body = json.loads(text)
     except json.JSONDecodeError as error:
-        raise ValueError(f"{path}: is no JSON filter file ({error})") from None
+        raise ValueError(f"{path}: is not a jink filter file: it is not valid JSON ({error})") from None
     if not isinstance(body, dict) or body.get("jink") != "filter":
-        raise ValueError(f'{path}: is no jink filter file; expected an object with "jink": "filter"')
+        raise ValueError(f'{path}: is not a jink filter file; expected an object with "jink": "filter"')
     if body.get("version") != VERSION:
-        raise ValueError(f"{path}: is of version {body.get('version')!r}; this jink reads version {VERSION}")
+        raise ValueError(f"{path}: has version {body.get('version')!r}; this jink reads version {VERSION}")
     if body.get("units") != "SI":
-        raise ValueError(f"{path}: units {body.get('units')!r}; expected SI")
+        raise ValueError(f"{path}: has units {body.get('units')!r}; expected SI")
     try:
         filter = built(body)
         filter.fitted = body.get("fitted") or {}
@@ -101,7 +101,7 @@ def built(body: Any, within: str = "") -> Any:
     """The filter of a description. Errors: ValueError saying where in it what is wrong."""
     kind = body.get("filter") if isinstance(body, dict) else None
     if not isinstance(kind, str) or kind not in FILTERS:
-        raise ValueError(f"{within}filter: {kind!r} is none of {', '.join(FILTERS)}")
+        raise ValueError(f"{within}filter: {kind!r} is not one of {', '.join(FILTERS)}")
     build = FILTERS[kind]
     named = {name: declared(body[name], within + name) for name in build.arguments if name in body}
     if build is Aided:
@@ -137,7 +137,7 @@ def declared(value: Any, at: str) -> Any:
         return value
     kind = value.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
-        raise ValueError(f"{at}: kind {kind!r} is none of {', '.join(KINDS)}")
+        raise ValueError(f"{at}: kind {kind!r} is not one of {', '.join(KINDS)}")
     return made(KINDS[kind], at, {name: declared(v, f"{at}.{name}") for name, v in value.items() if name != "kind"})
 
 
@@ -148,14 +148,14 @@ def made(build: Callable[..., Any], at: str, given: dict[str, Any]) -> Any:
     open_ended = any(a.kind is Parameter.VAR_KEYWORD for a in arguments.values())
     for name, value in given.items():
         if name not in arguments and not open_ended:
-            raise ValueError(f"{where}{own} has no {name}")
+            raise ValueError(f"{where}{own} has no argument {name}")
         if name == "motion":
             _running(value, f"{where}{own}.motion")
         elif name in arguments and name not in RUN:
             _of_its_kind(f"{where}{own}.{name}", value, arguments[name].annotation)
     for name, argument in arguments.items():
         if argument.default is Parameter.empty and argument.kind in NAMED and name not in given:
-            raise ValueError(f"{where}{own} lacks {name}")
+            raise ValueError(f"{where}{own} needs the argument {name}")
     try:
         return build(**given)
     except WRONG as error:

@@ -39,11 +39,11 @@ class GPB2(IMM):
     def _parts(self) -> Parts:
         if any(getattr(m, "remembers", False) for m in self.motions):
             raise ValueError(
-                "motions: in GPB2 a pair of modes has no memory of its own, which modes that adapt to residuals "
-                "need; use jink.IMM"
+                "motions: GPB2 keeps no memory for a pair of modes, but modes that adapt to residuals need it; "
+                "use jink.IMM"
             )
         if any(adapts(m) for m in self.motions):
-            self.not_smoothed = "a pair's own noise is not kept, and its modes adapt theirs; smooth a jink.IMM of them"
+            self.not_smoothed = "it does not keep the noise that its modes adapt; smooth a jink.IMM of them"
         return Parts(interaction=native.Interaction.gpb2)
 
 

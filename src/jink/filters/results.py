@@ -43,7 +43,7 @@ def allocate(
     wanted = DEFAULT_OUTPUTS if outputs is None else tuple(outputs)
     unknown = [name for name in wanted if name not in OUTPUTS]
     if unknown:
-        raise ValueError(f"outputs: {unknown[0]!r} is none of {', '.join(OUTPUTS)}")
+        raise ValueError(f"outputs: {unknown[0]!r} is not one of {', '.join(OUTPUTS)}")
     shapes: dict[str, tuple[int, ...]] = {name: (rows,) for name in OUTPUTS}
     shapes["x"], shapes["P"] = (rows, components), (rows, components, components)
     shapes["mode_probability"], shapes["pit"] = (rows, modes), (rows, columns)

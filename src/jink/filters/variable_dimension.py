@@ -32,7 +32,7 @@ class VariableDimension(Bank):
 
     arguments = ("window", "false_alarm", "missed_end", *COMMON)
 
-    not_smoothed = "it changes motion models by decision; smooth a jink.IMM of the two"
+    not_smoothed = "it switches between motion models by a hard decision; smooth a jink.IMM of the two"
 
     def __init__(
         self,

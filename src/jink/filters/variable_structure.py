@@ -25,7 +25,7 @@ LARGEST = 64  # modes alive at once
 class _VariableStructure(Bank):
     """What the three have in common: the modes, the graph, and the arguments that every filter has."""
 
-    not_smoothed = "which modes are alive differs from scan to scan; smooth a jink.IMM of its modes"
+    not_smoothed = "its set of modes changes from scan to scan; smooth a jink.IMM of its modes"
 
     def _declare(
         self,
@@ -177,7 +177,7 @@ class AdaptiveGrid(_VariableStructure):
         self.least_step, self.unlikely, self.likely = least_step, unlikely, likely
         last = len(self.motions) - 1.0
         if not self._alike:
-            raise ValueError("motions: a grid lies between modes of one motion model that differ in numbers only")
+            raise ValueError("motions: expected modes of one motion model that differ only in their numbers")
         if not positive("least_step", least_step) <= last / 2:
             raise ValueError(f"least_step: expected at most half of {last:g} modes, got {least_step:g}")
         if not positive("unlikely", unlikely, zero=True) < positive("likely", likely) <= 1:

@@ -244,7 +244,7 @@ def _given_roles(file: str, names: Sequence[str], given: Mapping[str, str]) -> d
             close = difflib.get_close_matches(name, names, 1)
             hint = f"; did you mean {close[0]!r}?" if close else ""
             raise InputError(
-                f"{file}: columns: {role} should be column {name!r}, which is not there{hint}\n"
+                f"{file}: columns: {role} is given as column {name!r}, which does not exist{hint}\n"
                 f"  Found: {_listed(names)}"
             )
         roles[role] = Column(name, unit if unit is not None else _unit_of(role, normal(name)))
@@ -291,7 +291,7 @@ def _missing(file: str, what: str, names: Sequence[str], roles: Iterable[str]) -
     example = "latitude=...,longitude=..." if what == "position" else f"{what}=..."
     need = "a pair latitude and longitude, x and y, or range and azimuth" if what == "position" else f"a {what} column"
     return (
-        f"{file}: {need} is needed and was not recognised.\n  Found: {_listed(names)}\n"
+        f"{file}: {need} is needed, but none was recognised.\n  Found: {_listed(names)}\n"
         f"  Looked for: {looked} "
         f"(also with a unit, such as altitude_ft)\n  Name them yourself: --columns {example}"
     )

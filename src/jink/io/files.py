@@ -26,11 +26,11 @@ Rows = tuple[pl.DataFrame, pl.DataFrame]
 UNREADABLE = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
 MAGIC = {b"PAR1": "parquet", b"ARROW1": "arrow", b"\xff\xff\xff\xff": "arrow stream"}
 FOREIGN = {
-    b"PK\x03\x04": "a ZIP archive (unpack it first; an Excel sheet has to be exported as CSV)",
+    b"PK\x03\x04": "a ZIP archive (unpack it first; export an Excel sheet as CSV)",
     b"FEA1": "a Feather file of version 1 (write it again with version 2)",
     b"\x89HDF": "an HDF5 file (export it as Parquet or CSV)",
-    b"BZh": "compressed with bzip2 (plain, .gz and .zst are read)",
-    b"\xfd7zXZ": "compressed with xz (plain, .gz and .zst are read)",
+    b"BZh": "compressed with bzip2 (jink reads plain, .gz and .zst files)",
+    b"\xfd7zXZ": "compressed with xz (jink reads plain, .gz and .zst files)",
     b"SQLi": "an SQLite database (export the table as Parquet or CSV)",
 }
 
@@ -123,7 +123,7 @@ def _from_bytes(file: str, content: bytes) -> Table:
         return Table(file, "json", text.names, text.read)
     if b"\x00" in content[:4096]:
         raise InputError(
-            f"{file} is a binary file of an unknown format; CSV, Parquet, Arrow/Feather, JSON and JSON Lines are read"
+            f"{file} is a binary file of an unknown format; jink reads CSV, Parquet, Arrow/Feather, JSON and JSON Lines"
         )
     table = csv_text.CsvText(file, content)
     return Table(file, "csv", table.names, table.read)

@@ -21,7 +21,7 @@ def from_any(data: Any) -> pl.DataFrame:
         frame: Any = nw.from_native(data)
     except TypeError:
         raise InputError(
-            f"data is a {type(data).__name__}; expected is a DataFrame (polars, pandas, PyArrow, ...), "
+            f"data is a {type(data).__name__}; expected a DataFrame (polars, pandas, PyArrow, ...), "
             "a path or a list of paths"
         ) from None
     if isinstance(frame, nw.LazyFrame):

@@ -57,7 +57,7 @@ def load_files(
             raise InputError(f"{table.file} has columns but no rows")
         if frame.height == 0:
             raise InputError(
-                f"{table.file}: none of its {total} rows can be read; the first: {unreadable['reason'][0]}"
+                f"{table.file}: none of its {total} rows can be read; the first row: {unreadable['reason'][0]}"
             )
         part = measure(
             table.file,
@@ -107,11 +107,11 @@ def _together(parts: list[Measurements], files: list[str]) -> Measurements:
         if part.position != first.position:
             raise InputError(
                 f"{files[0]} holds {first.position} positions and {file} {part.position} ones; "
-                "track them separately, or choose with --columns which of its columns are meant"
+                "track them separately, or choose the columns with --columns"
             )
         if part.absolute != first.absolute:
             absolute, plain = (file, files[0]) if part.absolute else (files[0], file)
-            raise InputError(f"{absolute} has dates and {plain} plain seconds; their times cannot be compared")
+            raise InputError(f"{absolute} has dates and {plain} has plain seconds; their times cannot be compared")
     return Measurements(
         pl.concat([part.rows for part in parts], how="diagonal", rechunk=True),
         [frame for part in parts for frame in part.rejected],

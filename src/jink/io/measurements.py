@@ -99,7 +99,7 @@ def measure(
     if frame.height and np.isnan(times.seconds).all():
         raise InputError(
             f"{where}: no time could be read in column {clock.name!r} (first value: {_first(clock)!r}); "
-            "expected are ISO 8601 date-times or numbers (seconds, or ms, us, ns since 1970)"
+            "expected ISO 8601 date-times or numbers (seconds, or ms, us, ns since 1970)"
         )
     problems: list[Problem] = [("time is missing or unreadable", np.isnan(times.seconds), clock)]
     target, target_note = _targets(frame, columns, default_target)
@@ -150,7 +150,7 @@ def _positions(
 
 def _targets(frame: pl.DataFrame, columns: Columns, default: str) -> tuple[pl.Series, list[str]]:
     if "target" not in columns.roles:
-        note = f"no identifier column was recognised: all rows are target {default!r} (or: --columns target=...)"
+        note = f"no identifier column was recognised: all rows are taken as target {default!r}; --columns target=... names one"
         return pl.repeat(default, frame.height, dtype=pl.String, eager=True).alias("target"), [note]
     series = frame[columns.roles["target"].name]
     if series.dtype.is_float():
@@ -187,20 +187,20 @@ def _unit(
         )
         unit = "feet" if feet else "metres"
         return FOOT if feet else 1.0, [
-            f"altitude in column {column.name!r} is taken as {unit} ({why}); --altitude-unit ft|m says otherwise"
+            f"altitude in column {column.name!r} is taken as {unit} ({why}); --altitude-unit ft|m changes it"
         ]
     if name in ("azimuth", "elevation"):
         known = np.abs(value[np.isfinite(value)])
         degrees = bool((known > 2 * math.pi + 1e-9).any())
         unit = "degrees (values beyond 2 pi)" if degrees else "radians (no value beyond 2 pi)"
         return ANGLE["deg"] if degrees else 1.0, [
-            f"{name} in column {column.name!r} is taken as {unit}; --columns {name}_deg={column.name} says it"
+            f"{name} in column {column.name!r} is taken as {unit}; --columns {name}_deg={column.name} sets it"
         ]
     return 1.0, []
 
 
 def _degrees(values: dict[str, np.ndarray]) -> None:
-    """Angles were turned to radians with everything else; geodesy speaks degrees, longitude within ±180."""
+    """Turn latitude and longitude back to degrees, longitude within ±180."""
     for name in ("latitude", "longitude"):
         values[name] = np.degrees(values[name])
     with np.errstate(invalid="ignore"):
@@ -209,7 +209,7 @@ def _degrees(values: dict[str, np.ndarray]) -> None:
 
 
 def _invalid(position: str, values: dict[str, np.ndarray], check: bool) -> list[tuple[str, np.ndarray]]:
-    """Coordinates that cannot be, by reason. A missing altitude is no reason, half a position is."""
+    """Impossible coordinates by reason. Half a position counts as one; a missing altitude does not."""
     found: list[tuple[str, np.ndarray]] = []
     with np.errstate(invalid="ignore"):
         if position == "geographic" and check:
@@ -217,7 +217,7 @@ def _invalid(position: str, values: dict[str, np.ndarray], check: bool) -> list[
             found.append(("latitude beyond ±90°", np.abs(latitude) > 90.0))
             found.append(("longitude beyond ±360°", np.abs(longitude) > 180.0))
             found.append(("latitude and longitude exactly 0", (latitude == 0.0) & (longitude == 0.0)))
-            found.append(("latitude without longitude or the reverse", np.isnan(latitude) != np.isnan(longitude)))
+            found.append(("only one of latitude and longitude is given", np.isnan(latitude) != np.isnan(longitude)))
         for name, value in values.items():
             found.append((f"{name} is beyond {FARTHEST:g}", np.abs(value) > FARTHEST))
         if position == "polar" and check:

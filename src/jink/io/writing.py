@@ -35,12 +35,12 @@ def format_of(path: Path) -> str:
     kind = FORMATS.get(suffix)
     if kind is None or (name != path.name and kind in ("parquet", "arrow")):
         known = "tracks.parquet, .csv, .jsonl, .geojson or .arrow (text also with .gz)"
-        raise InputError(f"the output {path} has an extension that is no known format; write to {known}")
+        raise InputError(f"the output {path} has an unknown extension; write to {known}")
     return kind
 
 
 def check_writable(path: Path) -> None:
-    """InputError before the work is done, not after, when the output cannot be written."""
+    """Raise InputError before any work is done if the output cannot be written."""
     if path.is_dir():
         raise InputError(f"the output {path} is a directory")
     folder = path.parent

@@ -118,7 +118,7 @@ class FuzzyRules:
         reach = max(abs(c[0]) + 2 * s[0] for c, s in zip(self.centres, self.spreads, strict=True))
         if not LEAST_REACH * sensor_sd <= reach <= MOST_REACH * sensor_sd:
             raise ValueError(
-                f"FuzzyRules: the rules are about residuals up to {reach:.3g} m, and the sensor's sd is "
+                f"FuzzyRules: the rules are about residuals up to {reach:.3g} m, but the sensor's sd is "
                 f"{sensor_sd:.3g} m; "
                 "expected metres and (m/s²)²; a table in kilometres is read by FuzzyRules.of(table, unit=1000)"
             )

@@ -224,7 +224,7 @@ class KnownTurn:
 
 def _needs_a_plane(motion: object, axes: int) -> None:
     if axes < 2:
-        raise ValueError(f"{type(motion).__name__}: turns in a plane, and the sensor has 1 axis; expected 2 or 3")
+        raise ValueError(f"{type(motion).__name__}: turns in a plane, but the sensor has 1 axis; expected 2 or 3")
 
 
 class NativeMotion(Protocol):

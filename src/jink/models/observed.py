@@ -54,7 +54,7 @@ class Observed:
 
     def positions(self, z: Array) -> Array:
         """Measurements (..., m) as positions (..., axes) in m. Errors: ValueError where one measurement tells none."""
-        raise ValueError(f"{type(self).__name__} measures no positions")
+        raise ValueError(f"{type(self).__name__} does not measure positions")
 
     def velocities(self, z: Array) -> Array | None:
         """Measurements (..., m) as velocities (..., axes) in m/s, None where they are none."""

@@ -108,7 +108,7 @@ class PositionVelocity(Observed):
         _axes(self.axes)
         exactly_one("PositionVelocity", sd=self.sd, covariance=self.covariance)
         if (self.sd is None) != (self.velocity_sd is None):
-            raise ValueError("PositionVelocity: sd and velocity_sd go together")
+            raise ValueError("PositionVelocity: expected both sd and velocity_sd, or neither")
         self.native()
 
     @property
@@ -251,11 +251,11 @@ class Polar(Observed):
         if self.axes is None:
             object.__setattr__(self, "axes", 3 if spatial else 2)
         if self.axes == 2 and spatial:
-            raise ValueError("Polar: axes=2 has no vertical for elevation_sd or height_sd to measure; expected axes=3")
+            raise ValueError("Polar: elevation_sd and height_sd need a vertical axis; expected axes=3, got axes=2")
         if self.method not in ("ekf", "converted"):
             raise ValueError(f"method: expected 'ekf' or 'converted', got {self.method!r}")
         if self.method == "converted" and self.range_rate_sd is not None:
-            raise ValueError("Polar: method='converted' has no range rate; expected method='ekf'")
+            raise ValueError("Polar: method='converted' cannot use a range rate; expected method='ekf'")
         if self.method == "converted" and self.axes == 3 and not spatial:
             raise ValueError("Polar: method='converted' in 3 axes needs elevation_sd or height_sd")
         self.native()

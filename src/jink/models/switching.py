@@ -51,7 +51,7 @@ def transition_rule(transition: object, step: float | None, modes: int) -> tuple
     if matrix.ndim == 0:
         stay = float(matrix)
         if not 0 < stay <= 1:
-            raise ValueError(f"transition: a stay probability lies above 0 and at most at 1, got {stay:g}")
+            raise ValueError(f"transition: expected a stay probability above 0 and at most 1, got {stay:g}")
         others = (1 - stay) / max(modes - 1, 1)
         matrix = np.full((modes, modes), others) + (stay - others) * np.eye(modes) if modes > 1 else np.ones((1, 1))
     if matrix.shape != (modes, modes):
@@ -76,7 +76,7 @@ def _matrix_log(matrix: Array) -> Array:
     off = G.real - np.diag(np.diag(G.real))
     if not np.all(np.isfinite(G)) or np.abs(G.imag).max() > 1e-9 or off.min() < -1e-9:
         raise ValueError(
-            "transition: no continuous-time chain gives this matrix over transition_step; give a jink.Sojourn"
+            "transition: no continuous-time chain gives this matrix over transition_step; use a jink.Sojourn"
         )
     off = np.maximum(off, 0)
     return off - np.diag(off.sum(axis=1))

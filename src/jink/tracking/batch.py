@@ -135,7 +135,7 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
 
 def _nothing_left(loaded: Loaded, rejected: pl.DataFrame) -> str:
     lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in reasons(rejected))
-    return f"no track is left of {loaded.count:,} rows; they were rejected because:\n{lines}"
+    return f"no track is left: all {loaded.count:,} rows were rejected, because:\n{lines}"
 
 
 def _chunks(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.DataFrame]:

@@ -185,7 +185,7 @@ class LiveTracks:
             components = names.get(position, ("range", "azimuth", third or ""))[:axes]
             usual = _usual(given, self.settings.kind)
             _, self.filters[axes, pace] = choose(components, usual, pace, self.settings)
-            note = "measurement noise cannot be estimated from a stream: taken as usual, --sensor-sd sets it"
+            note = "measurement noise cannot be estimated from a stream: the usual value is taken; --sensor-sd sets it"
             if not given and self.settings.filter is None and note not in self.notes:
                 self.notes.append(note)
         return self.filters[axes, pace]
@@ -210,8 +210,7 @@ def _known_units(columns: Columns) -> None:
         column = columns.roles.get(role)
         if column is not None and column.unit is None:
             raise InputError(
-                f"{NAME}: the unit of {role} has to be known in a stream; "
-                f"--columns {role}_deg={column.name} (or {role}_rad)"
+                f"{NAME}: a stream needs the unit of {role}; --columns {role}_deg={column.name} (or {role}_rad)"
             )
 
 

@@ -66,7 +66,7 @@ def parse_sensor_sd(given: float | str | Mapping[str, float] | None) -> dict[str
         except ValueError:
             value = math.nan
         if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"sensor-sd: {key} is {text!r}; a positive number is expected")
+            raise InputError(f"sensor-sd: {key} is {text!r}; expected a positive number")
         values[name] = value
     return values
 

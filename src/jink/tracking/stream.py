@@ -31,7 +31,7 @@ def answer(source: int, tracks: LiveTracks, *, quiet: bool = False) -> None:
     except KeyboardInterrupt:
         pass
     if tracks.rows == 0:
-        raise InputError("standard input is empty; JSON Lines with time and position are expected")
+        raise InputError("standard input is empty; expected JSON Lines with time and position")
     if tracks.rows == tracks.rejected:
         raise InputError(f"none of the {tracks.rows} lines could be used")
     if not quiet:

@@ -13,7 +13,7 @@ from .output import nis_share
 from .prepare import Group
 
 CLEANED = {
-    "unsorted": "rows put into order of time",
+    "unsorted": "rows sorted by time",
     "out_of_order": "rows rejected because time runs backwards",
     "duplicate_times": "rows rejected because their time occurs twice",
     "stale_positions": "stale (repeated) positions taken as missing",

@@ -26,12 +26,12 @@ class CsvText:
         self.names = [name.strip() for name in next(csv.reader([first], delimiter=self.separator), [])]
         if self.names and all(_is_number(name) for name in self.names):
             raise InputError(
-                f"{file} has no header: its first line is {first[:80]!r}. It has to name the columns, "
+                f"{file} has no header: its first line is {first[:80]!r}. The first line must name the columns, "
                 "for example target,time,latitude,longitude"
             )
         double = sorted({name for name in self.names if name and self.names.count(name) > 1})
         if double:
-            raise InputError(f"{file}: the header names a column twice: {', '.join(double)}")
+            raise InputError(f"{file}: the header has the same column twice: {', '.join(double)}")
 
     def read(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
         """The wanted columns of every row that has the right number of fields, and the rows that have not."""
@@ -56,7 +56,7 @@ class CsvText:
         return self._line_by_line(wanted)
 
     def _even(self) -> bool:
-        """Whether all lines can have as many fields as the header; polars fills short ones without a word."""
+        """Whether all lines can have as many fields as the header. Polars fills short lines silently."""
         lines = self.content.count(b"\n") + 1
         if b'"' not in self.content:
             return self.content.count(self.separator.encode()) == lines * (len(self.names) - 1)
@@ -79,7 +79,7 @@ class CsvText:
                 row += 1
                 if len(fields) != len(self.names):
                     bad[0].append(row)
-                    bad[1].append(f"line {reader.line_num} has {len(fields)} fields, the header {len(self.names)}")
+                    bad[1].append(f"line {reader.line_num} has {len(fields)} fields, the header has {len(self.names)}")
                     bad[2].append(self.separator.join(fields)[:80])
                     continue
                 rows.append(row)
@@ -87,7 +87,7 @@ class CsvText:
                     value = fields[place].strip()
                     column.append(None if value in MISSING else value)
         except csv.Error as error:
-            raise InputError(f"{self.file}, line {reader.line_num}: not readable as CSV: {error}") from None
+            raise InputError(f"{self.file}, line {reader.line_num}: cannot be read as CSV: {error}") from None
         frame = pl.DataFrame(
             {"row": rows, **dict(zip(wanted, columns, strict=True))},
             schema={"row": pl.UInt32, **dict.fromkeys(wanted, pl.String)},

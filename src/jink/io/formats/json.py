@@ -34,10 +34,10 @@ class JsonText:
             self.types, _ = _sample_types(self.lines)
         if not self.types:
             raise InputError(
-                f"{file} has no JSON objects that can be read; an array of objects or one object per line is expected"
+                f"{file} has no JSON objects that can be read; expected an array of objects, or one object per line"
             )
         if all(kind == "container" for kind in self.types.values()) and b"\n" not in self.lines:
-            raise InputError(f"{file} is a single JSON object; an array of objects or one object per line is expected")
+            raise InputError(f"{file} is a single JSON object; expected an array of objects, or one object per line")
         self.names = list(self.types)
 
     def read(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
