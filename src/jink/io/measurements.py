@@ -150,7 +150,10 @@ def _positions(
 
 def _targets(frame: pl.DataFrame, columns: Columns, default: str) -> tuple[pl.Series, list[str]]:
     if "target" not in columns.roles:
-        note = f"no identifier column was recognised: all rows are taken as target {default!r}; --columns target=... names one"
+        note = (
+            f"no identifier column was recognised: all rows are taken as target {default!r}; "
+            "--columns target=... names one"
+        )
         return pl.repeat(default, frame.height, dtype=pl.String, eager=True).alias("target"), [note]
     series = frame[columns.roles["target"].name]
     if series.dtype.is_float():
