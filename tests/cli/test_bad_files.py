@@ -72,7 +72,7 @@ FILES = {  # a filter, a change of its file, and what is said of it
         partial(jink.IMM, [jink.AccelerationLevel(CV, 1.0), CV], SPACE, 0.9),
         ("motions", 0, "estimated"),
         True,
-        "AccelerationLevel.estimated counts from",
+        "AccelerationLevel.estimated needs the estimate",
     ),
     "rules in kilometres": (
         three_axes("fuzzy-kalman"),
@@ -122,7 +122,7 @@ FILES = {  # a filter, a change of its file, and what is said of it
         partial(jink.Kalman, FUZZY, SPACE),
         ("motions", 0, "limits", "side"),
         1.0,
-        "motions[0].limits: FuzzyLimits has no side",
+        "motions[0].limits: FuzzyLimits has no argument side",
     ),
 }
 

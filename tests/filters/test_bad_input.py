@@ -24,11 +24,11 @@ ISLAND = [[0.9, 0.1, 0, 0], [0.1, 0.9, 0, 0], [0, 0, 0.9, 0.1], [0, 0, 0.1, 0.9]
 REFUSED = {  # a call, and what its message must say
     "operating above threshold": (
         lambda: jink.FuzzyLimits(threshold=100.0, operating=120.0),
-        "FuzzyLimits.operating: expected a value below the threshold 100 m/s², got 120",
+        "FuzzyLimits.operating: expected a value below the threshold 100 m/s², the largest that a_max reaches, got 120",
     ),
     "operating at the threshold": (
         lambda: jink.FuzzyLimits(threshold=80.0, operating=80.0),
-        "FuzzyLimits.operating: expected a value below the threshold 80 m/s², got 80",
+        "FuzzyLimits.operating: expected a value below the threshold 80 m/s², the largest that a_max reaches, got 80",
     ),
     "exponent beyond its bound": (
         lambda: jink.FuzzyLimits(threshold=100.0, operating=90.0, up=1.06),
@@ -108,7 +108,7 @@ REFUSED = {  # a call, and what its message must say
     ),
     "nothing that adapts": (
         lambda: jink.AdaptiveIMM([CV, CA], PLANE, 0.9, estimator=SIDE),
-        "motions: none is an AccelerationLevel with estimated=True",
+        "motions: expected at least one AccelerationLevel with estimated=True",
     ),
     "an estimate that nobody makes": (
         lambda: jink.IMM([AROUND, CV], PLANE, 0.9),
@@ -116,7 +116,7 @@ REFUSED = {  # a call, and what its message must say
     ),
     "an estimate that nobody makes, deeper": (
         lambda: jink.Kalman(jink.FuzzyNoise(AROUND, jink.FuzzyRules.constant(3.0, 50.0)), PLANE),
-        "AccelerationLevel.estimated counts from",
+        "AccelerationLevel.estimated needs the estimate",
     ),
     "an estimate of a word": (
         lambda: jink.AccelerationLevel(CV, 3.0, estimated="yes"),  # pyright: ignore[reportArgumentType]
@@ -128,11 +128,11 @@ REFUSED = {  # a call, and what its message must say
     ),
     "noise that adapts beside a sensor of your own": (
         lambda: jink.Kalman(jink.CurrentStatistical(acceleration_max=30.0), Gauge(25.0)),
-        "motions: CurrentStatistical adapts, or adds an acceleration",
+        "motions: CurrentStatistical adapts its noise or adds an acceleration",
     ),
     "two stages beside a model of your own": (
         lambda: jink.IMM([Straight(1.0), SIDE], PLANE, 0.9),
-        "motions: TwoStageAcceleration adapts, or adds an acceleration",
+        "motions: TwoStageAcceleration adapts its noise or adds an acceleration",
     ),
     "a level on a model of your own": (
         lambda: jink.IMM([jink.AccelerationLevel(Straight(1.0), 3.0), CV], PLANE, 0.9),
