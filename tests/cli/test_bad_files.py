@@ -78,7 +78,7 @@ FILES = {  # a filter, a change of its file, and what is said of it
         three_axes("fuzzy-kalman"),
         ("motions", 0, "rules"),
         {"kind": "FuzzyRules", "centres": [[0.5, 0.0]], "spreads": [[0.2, 1.0]], "variances": [1e-6]},
-        "residuals up to 0.9 m, and the sensor's sd is 25 m; expected metres and (m/s²)²",
+        "residuals up to 0.9 m, but the sensor's sd is 25 m; expected metres and (m/s²)²",
     ),
     "units": (three_axes("kalman-cv"), ("units",), "km", "units 'km'; expected SI"),
     "version": (three_axes("kalman-cv"), ("version",), 99, "has version 99; this jink reads version 1"),

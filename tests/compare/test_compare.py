@@ -263,7 +263,7 @@ def test_filter_files_that_do_not_fit_are_refused(tmp_path):
     path.write_text(json.dumps({**body, "units": "km"}))
     refused(path, "units 'km'")
     path.write_text("{")
-    refused(path, "no JSON")
+    refused(path, "not valid JSON")
     jink.Kalman(jink.ConstantVelocity(acceleration_sd=9.0), jink.Position(sd=9.0)).save(path)
     assert "another measurement noise" in compare(short("random-turns", 30), [str(path)], 2).entrants[str(path)].note
 

@@ -173,7 +173,7 @@ def test_combinations_that_cannot_be_smoothed_say_so():
     scores = ModeNetwork(network=random_network([4, 5, 2], 5), centre=[0.0] * 4, scale=[1.0] * 4, best=1)
     for f, why in (
         (jink.IMM([two_stage, cv], position(2), 0.9), "smooth a jink.AugmentedAcceleration"),
-        (jink.GPB2([facs, cv], position(2), 0.9), "a pair's own noise is not kept.*; smooth a jink.IMM"),
+        (jink.GPB2([facs, cv], position(2), 0.9), "does not keep the noise.*; smooth a jink.IMM"),
         (jink.NeuralModes([cv, facs], position(2), scores), "scores, not probabilities; smooth .*jink.IMM"),
         (
             jink.AdaptiveGrid([cv, jink.ConstantVelocity(acceleration_sd=9.0)] * 2, position(2)),
