@@ -130,7 +130,7 @@ def test_csv_lines_with_too_few_or_too_many_fields_are_set_aside(tmp_path):
     rows, unreadable = _read(_write(tmp_path / "x.csv", b"id,t,lat,lon\na,1,45,5\na,2,45\nb,3,45,5,9\n\nb,4,46,6\nb,5"))
     assert rows["row"].to_list() == [0, 3] and rows["id"].to_list() == ["a", "b"]
     assert unreadable["row"].to_list() == [1, 2, 4]
-    assert unreadable["reason"][0] == "line 3 has 3 fields, the header 4"
+    assert unreadable["reason"][0] == "line 3 has 3 fields, the header has 4"
 
 
 def test_csv_with_quotes_line_ends_and_foreign_bytes(tmp_path):
