@@ -177,7 +177,7 @@ def test_combinations_that_cannot_be_smoothed_say_so():
         (jink.NeuralModes([cv, facs], position(2), scores), "scores, not probabilities; smooth .*jink.IMM"),
         (
             jink.AdaptiveGrid([cv, jink.ConstantVelocity(acceleration_sd=9.0)] * 2, position(2)),
-            "alive.*jink.IMM",
+            "set of modes changes.*jink.IMM",
         ),
     ):
         assert np.isfinite(f.filter(time, z[0]).x[1:]).all()
