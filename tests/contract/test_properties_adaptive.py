@@ -184,8 +184,8 @@ def test_how_long_a_metre_is_does_not_matter(family, draw, flight, unit):
         assert_symmetric(a, b, lambda x: x * unit, lambda P: P * unit**2)
 
 
-# The seed is pinned, since another text of this test would draw other examples. Open: about one in 300 exceeds the bound for
-# gpb2 and aimm (3.5e-6 of the covariance was seen), by rounding that is not yet traced.
+# The seed is pinned, since another text of this test would draw other examples. Open: about one example in 300 exceeds
+# the bound for gpb2 and aimm (3.5e-6 of the covariance was seen), by rounding that is not yet traced.
 @pytest.mark.parametrize("family", [f for f in FAMILIES if f != "nnvsmm"])  # its network tells the axes apart
 @FEW
 @seed(0)
