@@ -6,10 +6,13 @@ Symmetries hold exactly: where the plane lies, when the clock starts, how long a
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from adaptive_families import FAMILIES, Draw, draws
-from hypothesis import given, seed, settings
+from conditioning import differences, largest, moved
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from subjects import assert_positive
@@ -96,13 +99,16 @@ def test_an_axis_never_measured_is_not_corrected():
 def test_live_is_the_batch_filter(family, draw, flight):
     f, (t, z) = FAMILIES[family](draw, 1.0), flight
     est, live = f.filter(t, z), f.start()
+    far = np.zeros(2)
     for k in range(len(t)):
         now = live.update(t[k], z[k])
         assert now.status == jink.STATUS[est.status[k]]
         if est.status[k]:
             sd = np.sqrt(np.diag(est.P[k]))
-            assert np.all(np.abs(now.x - est.x[k]) <= 1e-7 * (np.abs(est.x[k]) + sd))
-            assert_allclose(now.mode_probability, est.mode_probability[k], atol=1e-7)
+            x = largest(now.x - est.x[k], np.abs(est.x[k]) + sd)
+            far = np.maximum(far, [x, largest(now.mode_probability - est.mode_probability[k], 1.0)])
+    if np.any(far > 1e-7):
+        assert np.all(far <= moved(family, draw, 1.0, t, z)[[0, 2]])
 
 
 @ALL
@@ -141,15 +147,12 @@ def test_a_rejected_measurement_is_a_miss(family, draw, flight):
         assert_allclose(a, b, rtol=1e-7, atol=1e-7 * float(np.nanmax(np.abs(b), initial=0.0)), err_msg=name)
 
 
-def assert_symmetric(a, b, x, P, modes=None, tolerance=1e-6):
-    """b is what x and P make of a, in all rows, as far as rounding tells decisions apart."""
+def assert_symmetric(a, b, x, P, rounding, modes=None, tolerance=1e-6):
+    """b is what x and P make of a, in all rows: to the tolerance, or to what the filter makes of `rounding()`."""
     assert_array_equal(a.status, b.status)
-    there = a.status > 0
-    sd = np.sqrt(np.einsum("kii->ki", b.P[there]))
-    assert np.all(np.abs(x(a.x)[there] - b.x[there]) <= tolerance * (np.abs(b.x[there]) + sd))
-    assert np.all(np.abs(P(a.P)[there] - b.P[there]) <= tolerance * sd[:, :, None] * sd[:, None, :])
-    mu = a.mode_probability if modes is None else a.mode_probability[:, modes]
-    assert_allclose(mu, b.mode_probability, atol=tolerance)
+    far = differences(a, b, x, P, modes)
+    if np.any(far > tolerance):
+        assert np.all(far <= rounding())
 
 
 @ALL
@@ -160,7 +163,7 @@ def test_where_the_plane_lies_does_not_matter(family, draw, flight, east, north)
     a, b = f.filter(t, z), f.filter(t, z + np.array([64.0 * east, 64.0 * north]))
     shift = np.zeros(len(a.components))
     shift[[a.components.index("px"), a.components.index("py")]] = 64.0 * east, 64.0 * north
-    assert_symmetric(a, b, lambda x: x + shift, lambda P: P)
+    assert_symmetric(a, b, lambda x: x + shift, lambda P: P, lambda: moved(family, draw, 1.0, t, z))
 
 
 @ALL
@@ -180,22 +183,21 @@ def test_when_the_clock_starts_does_not_matter(family, draw, flight, seconds):
 @given(draws, flights(), st.sampled_from([2.0**-7, 2.0**10]))
 def test_how_long_a_metre_is_does_not_matter(family, draw, flight, unit):
     (t, z), build = flight, FAMILIES[family]
-    for a, b in zip(*([r(t, z * u) for r in smoothed(build(draw, u))] for u in (1.0, unit)), strict=True):
-        assert_symmetric(a, b, lambda x: x * unit, lambda P: P * unit**2)
+    pairs = zip(*([r(t, z * u) for r in smoothed(build(draw, u))] for u in (1.0, unit)), strict=True)
+    for smooth, (a, b) in enumerate(pairs):
+        rounding = partial(moved, family, draw, 1.0, t, z, bool(smooth))
+        assert_symmetric(a, b, lambda x: x * unit, lambda P: P * unit**2, rounding)
 
 
-# The seed is pinned, since another text of this test would draw other examples. Open: about one example in 300 exceeds
-# the bound for gpb2 and aimm (3.5e-6 of the covariance was seen), by rounding that is not yet traced.
 @pytest.mark.parametrize("family", [f for f in FAMILIES if f != "nnvsmm"])  # its network tells the axes apart
 @FEW
-@seed(0)
 @given(draws, flights())
 def test_which_axis_is_called_x_does_not_matter(family, draw, flight):
     f, (t, z) = FAMILIES[family](draw, 1.0), flight
     modes = [0, 3, 4, 1, 2] if family == "aimm" else None  # its levels along x and along y change places
-    for run in smoothed(f):
+    for smooth, run in enumerate(smoothed(f)):
         a, b = run(t, z), run(t, z[:, ::-1])
         n = len(a.components) // 2
         swap = np.r_[n : 2 * n, :n]
-        far = 1e-6 if run == f.filter else 1e-4  # a smoother's gains amplify what another order of sums rounds
-        assert_symmetric(a, b, lambda x, s=swap: x[:, s], lambda P, s=swap: P[:, s][:, :, s], modes, far)
+        rounding = partial(moved, family, draw, 1.0, t, z, bool(smooth))
+        assert_symmetric(a, b, lambda x, s=swap: x[:, s], lambda P, s=swap: P[:, s][:, :, s], rounding, modes)
