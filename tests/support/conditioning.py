@@ -11,7 +11,7 @@ from adaptive_families import FAMILIES, Draw
 from hypothesis import assume
 
 CHANGE = 2.0**-34
-DRAWS = 3
+DRAWS = 8
 
 
 def largest(difference, scale):
@@ -36,17 +36,18 @@ def differences(a, b, x=lambda x: x, P=lambda P: P, modes=None):
 
 
 def moved(family, draw, unit, t, z, smooth=False):
-    """What a change of every measurement, time and ratio in the tenth digit makes, as `differences` measures it.
+    """What a change of all measurements, variances, times and ratios in the tenth digit makes of the differences.
 
-    Ten times the largest of three draws, which do not meet the worst direction. An example where a decision changes
+    Ten times the largest of eight draws, which do not meet the worst direction. An example where a decision changes
     tells nothing and is given up.
     """
 
-    def run(draw, t, z):
+    def run(draw, t, z, R):
         f = FAMILIES[family](draw, unit)
-        return (f.smooth if smooth else f.filter)(t, z)
+        return (f.smooth if smooth else f.filter)(t, z, covariance=R)
 
-    base, far = run(draw, t, z), np.zeros(3)
+    R = np.tile(unit**2 * np.eye(2), (len(t), 1, 1))
+    base, far = run(draw, t, z, R), np.zeros(3)
     for k in range(DRAWS):
         rng = np.random.default_rng(k)
 
@@ -54,7 +55,7 @@ def moved(family, draw, unit, t, z, smooth=False):
             return np.asarray(a) * (1 + CHANGE * rng.choice([-1.0, 1.0], np.shape(a)))
 
         other = Draw(list(changed(draw.ratios)), draw.seed, draw.outliers, draw.two_points)
-        est = run(other, t * (1 + CHANGE), changed(z))
+        est = run(other, t * (1 + CHANGE), changed(z), changed(R))
         assume(np.array_equal(est.status, base.status))
         far = np.maximum(far, differences(base, est))
     return 10 * far
