@@ -3,20 +3,11 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .estimate import STATUS, Estimate, Status
-from .filters.imm import IMM
-from .filters.kalman import Kalman
-from .models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
-from .models.outliers import Outliers
-from .models.provenance import VERSION as __version__
-from .models.sensor import Bearing, Polar, Position, PositionVelocity
-from .models.start import OnePoint, Prior, TwoPoint
-from .models.switching import Sojourn
-
 if TYPE_CHECKING:
     from .catalogue.choose import choose_filter, default_filter
     from .catalogue.registry import FILTERS
     from .catalogue.targets import KINDS
+    from .estimate import STATUS, Estimate, Status
     from .filters.adaptive_imm import (
         AccelerationLevel,
         AdaptiveIMM,
@@ -26,13 +17,21 @@ if TYPE_CHECKING:
     from .filters.aided import Aided
     from .filters.current_statistical import CurrentStatistical, FuzzyLimits
     from .filters.fuzzy_imm import FuzzyNoise
+    from .filters.imm import IMM
     from .filters.input_estimation import InputEstimation
+    from .filters.kalman import Kalman
     from .filters.loading import load
     from .filters.neural_vsmm import NetworkNoise, NeuralModes
     from .filters.pseudo_bayesian import GPB1, GPB2, StaticMM
     from .filters.variable_dimension import VariableDimension
     from .filters.variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
     from .models.fuzzy import FuzzyRules
+    from .models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
+    from .models.outliers import Outliers
+    from .models.provenance import VERSION as __version__
+    from .models.sensor import Bearing, Polar, Position, PositionVelocity
+    from .models.start import OnePoint, Prior, TwoPoint
+    from .models.switching import Sojourn
     from .tracking.batch import track
 
 __all__ = [
@@ -83,27 +82,46 @@ __all__ = [
     "track",
 ]
 
-# what is imported when it is first asked for, from where: `track` needs polars and pyproj, which the rest does not
-_LATER = {
+# Where each public name comes from. It is imported when it is first asked for, so that `import jink` takes no time.
+_HOME = {
     "AccelerationLevel": "filters.adaptive_imm",
     "ActiveDigraph": "filters.variable_structure",
     "AdaptiveGrid": "filters.variable_structure",
     "AdaptiveIMM": "filters.adaptive_imm",
     "Aided": "filters.aided",
     "AugmentedAcceleration": "filters.adaptive_imm",
+    "Bearing": "models.sensor",
+    "ConstantAcceleration": "models.motion",
+    "ConstantVelocity": "models.motion",
+    "CoordinatedTurn": "models.motion",
     "CurrentStatistical": "filters.current_statistical",
     "DigraphSwitching": "filters.variable_structure",
+    "Estimate": "estimate",
     "FILTERS": "catalogue.registry",
     "FuzzyLimits": "filters.current_statistical",
     "FuzzyNoise": "filters.fuzzy_imm",
     "FuzzyRules": "models.fuzzy",
     "GPB1": "filters.pseudo_bayesian",
     "GPB2": "filters.pseudo_bayesian",
+    "IMM": "filters.imm",
     "InputEstimation": "filters.input_estimation",
     "KINDS": "catalogue.targets",
+    "Kalman": "filters.kalman",
+    "KnownTurn": "models.motion",
     "NetworkNoise": "filters.neural_vsmm",
     "NeuralModes": "filters.neural_vsmm",
+    "OnePoint": "models.start",
+    "Outliers": "models.outliers",
+    "Polar": "models.sensor",
+    "Position": "models.sensor",
+    "PositionVelocity": "models.sensor",
+    "Prior": "models.start",
+    "STATUS": "estimate",
+    "Singer": "models.motion",
+    "Sojourn": "models.switching",
     "StaticMM": "filters.pseudo_bayesian",
+    "Status": "estimate",
+    "TwoPoint": "models.start",
     "TwoStageAcceleration": "filters.adaptive_imm",
     "VariableDimension": "filters.variable_dimension",
     "choose_filter": "catalogue.choose",
@@ -114,9 +132,12 @@ _LATER = {
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _LATER:
+    if name == "__version__":
+        found = importlib.import_module(".models.provenance", __name__).VERSION
+    elif name in _HOME:
+        found = getattr(importlib.import_module(f".{_HOME[name]}", __name__), name)
+    else:
         raise AttributeError(f"module 'jink' has no attribute {name!r}")
-    found = getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
     globals()[name] = found
     return found
 

@@ -1,7 +1,6 @@
 """Which instruction-set level this processor runs: asked before any compiled module is loaded, and by CMake."""
 
 import platform
-import subprocess
 import sys
 
 # What each level adds to the one below, as Linux names it. Linux lists only what the system has switched on.
@@ -15,6 +14,9 @@ _APPLE = {"avx1.0": "avx", "lahf": "lahf_lm", "lzcnt": "abm", "sse4.1": "sse4_1"
 
 def _flags() -> set[str]:
     if sys.platform == "darwin":
+        # Imported here because it takes longer than all the rest.
+        import subprocess
+
         names = ("features", "leaf7_features", "extfeatures")
         command = ["sysctl", "-n", *(f"machdep.cpu.{name}" for name in names)]
         said = subprocess.run(command, capture_output=True, text=True).stdout.lower().split()
