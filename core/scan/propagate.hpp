@@ -45,6 +45,20 @@ template <class T> class Propagate {
         for (std::size_t k = 0; k < asked.size(); ++k) noises[k] = select<T>(which, noises[k], asked[k]);
     }
 
+    // Multiplies the predicted covariances of all modes, and of their pairs.
+    void widen(T by) {
+        for (int j = 0; j < c.count; ++j) {
+            const int n = c.modes[j].shape.n;
+            for (int k = n; k < c.modes[j].size(); ++k) {
+                predicted[c.modes[j].place + k] = predicted[c.modes[j].place + k] * by;
+                for (int i = 0; pairwise() && i < c.count; ++i) {
+                    T &covariance = pairs[(j * c.count + i) * stride + k];
+                    covariance = covariance * by;
+                }
+            }
+        }
+    }
+
     // GPB2's pairs as one prediction per mode, for those who look at it.
     void merge_pairs();
     // Mode j's pairs by `weights`, matched in two moments.

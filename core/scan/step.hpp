@@ -6,6 +6,7 @@
 #include "scan/propagate.hpp"
 #include "scan/scores.hpp"
 #include "scan/start.hpp"
+#include "scan/surprise.hpp"
 #include "scan/variable_dimension.hpp"
 
 namespace jink::inline JINK_LEVEL {
@@ -69,6 +70,7 @@ template <class T> class Step {
     std::vector<T> log_prior, posterior, updated;  // updated: pairs
     TrackState<T> before;                          // the scan, where some mode adapts to residuals
     std::vector<Innovation<T>> innovations;       // of each mode or pair of modes, then of the side estimator
+    BestFit<T> best;
     int always = plain;
 
     Hypotheses<T> hypotheses() const {
@@ -126,6 +128,7 @@ template <class T> class Step {
         for (std::size_t k = 0; k < to.memory.size(); ++k) take(to.memory[k], from.memory[k]);
         for (std::size_t k = 0; k < to.next.size(); ++k) take(to.next[k], from.next[k]), take(to.alive[k], from.alive[k]);
         take(to.last_accepted, from.last_accepted), take(to.first_time, from.first_time), take(to.rejections, from.rejections);
+        take(to.surprise, from.surprise), take(to.surprise_dof, from.surprise_dof);
         for (int k = 0; k < 3; ++k) take(to.first[k], from.first[k]);
         for (int k = 0; k < 6; ++k) take(to.first_P[k], from.first_P[k]);
         take_mask(to.started, from.started), take_mask(to.running, from.running);
@@ -159,7 +162,7 @@ template <class T> class Step {
         weigh(s, dof, out);
         if (ahead.pairwise()) collapse(s);
         if (scores.active()) scores(s, ahead.prior.data(), innovations.data(), dof);
-        if (gating) gate(s, scan.input, log_outlier, out);
+        if (gating) gate(s, scan.input, sensor, m, log_outlier, out);
         if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
         s.last_accepted = select<T>(out.measured & inverse(out.gated), s.time, s.last_accepted);
         if (!s.settled || any(out.restarted)) begin(s, sensor.spec, scan, sensor, out);
@@ -170,6 +173,7 @@ template <class T> class Step {
         const Hypotheses<T> h = hypotheses();
         const int n = h.count;
         if (n == 1) {
+            best = {innovations[0].nis, innovations[0].det};
             out.log_likelihood = -0.5 * (innovations[0].nis + logarithm<T>(innovations[0].det) + log_two_pi * dof);
         } else {
             T *after = ahead.pairwise() ? posterior.data() : s.probability.data();
@@ -178,8 +182,12 @@ template <class T> class Step {
                 innovations[j].nis = select<T>(c.proposes() ? possible & living(s.next[j]) : possible, innovations[j].nis, splat<T>(1e300));
             }
             // c_j N_j / max over exp(-nis/2) of the best fitting mode, which cannot all underflow
-            T least = innovations[0].nis;
-            for (int j = 1; j < n; ++j) least = smaller<T>(innovations[j].nis, least);
+            best = {innovations[0].nis, innovations[0].det};
+            for (int j = 1; j < n; ++j) {
+                best.det = select<T>(innovations[j].nis < best.nis, innovations[j].det, best.det);
+                best.nis = smaller<T>(innovations[j].nis, best.nis);
+            }
+            const T least = best.nis;
             T sum = splat<T>(0.0);
             for (int j = 0; j < n; ++j) {
                 const Innovation<T> &v = innovations[j];
@@ -209,12 +217,19 @@ template <class T> class Step {
 
     // A measurement is either the target's, with the innovation's density over all modes, or an outlier, uniform over the
     // sensor's extent. The likelihood is that of the mixture; at run time the likelier of the two is believed.
-    void gate(TrackState<T> &s, const T *input, T log_outlier, Outcome<T> &out) {
+    void gate(TrackState<T> &s, const T *input, const Sensor<T> &sensor, const Measurement<T> &m, T log_outlier, Outcome<T> &out) {
         const T target = out.log_likelihood + c.log_target_share, outlier = log_outlier + c.log_outlier_share;
         const T high = larger<T>(target, outlier), low = smaller<T>(target, outlier);
         const T mixture = high + logarithm<T>(1.0 + exponential<T>(low - high));
         out.log_likelihood = select<T>(out.measured, mixture, out.log_likelihood);
         out.gated = out.measured & (target < outlier) & s.running;
+        const BestFit<T> fit = best;
+        if (any(out.gated) && !scores.active()) {
+            const Mask<T> explained = out.gated & Surprise::explains<T>(s, fit, out.dof, c.log_target_share, outlier);
+            if (any(explained)) believe(s, sensor, m, select<T>(explained, Surprise::scale_with<T>(s, fit, out.dof), splat<T>(1.0)), out);
+            out.gated = out.gated & inverse(explained);
+        }
+        Surprise::add<T>(s, fit, out.dof, out.measured & s.running & inverse(out.gated));
         s.rejections = select<T>(out.measured, select<T>(out.gated, s.rejections + 1.0, splat<T>(0.0)), s.rejections);
         if (!any(out.gated)) return;
         if (c.residuals) {
@@ -228,6 +243,15 @@ template <class T> class Step {
         for (int j = 0; j < c.count; ++j) s.probability[j] = select<T>(out.gated, ahead.prior[j], s.probability[j]);
         if (c.declared.restart_after > 0)
             out.restarted = out.gated & (s.rejections >= splat<T>(c.declared.restart_after));
+    }
+
+    // Updates again, from predictions widened per lane. A lane's result is the same as before where the factor is 1.
+    void believe(TrackState<T> &s, const Sensor<T> &sensor, const Measurement<T> &m, T factor, const Outcome<T> &out) {
+        ahead.widen(factor);
+        update_modes(s, sensor, m, plain);
+        Outcome<T> again = out;
+        weigh(s, out.dof, again);
+        if (ahead.pairwise()) collapse(s);
     }
 
     // Tracks without a state start from one measured position; the second position completes a two-point start.
@@ -250,7 +274,7 @@ template <class T> class Step {
         out.log_likelihood = select<T>(counted, out.log_likelihood, splat<T>(0.0));
         out.scored = out.scored & inverse(fresh);
         s.started = s.started | fresh;
-        s.rejections = select<T>(fresh, splat<T>(0.0), s.rejections);
+        for (T *count : {&s.rejections, &s.surprise, &s.surprise_dof}) *count = select<T>(fresh, splat<T>(0.0), *count);
         s.last_accepted = select<T>(fresh | second, s.time, s.last_accepted);
         s.settled = all(s.running);
     }

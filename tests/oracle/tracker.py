@@ -112,6 +112,9 @@ class Track:
         self.scans: list[Scan] = []
         self.first: Fix | None = None  # of a two-point start that waits for its second
         self.rejected = 0
+        self.surprises: list[
+            tuple[float, int]
+        ] = []  # NIS of the best fitting mode and dof, of rows accepted since the start
         self.time: float | None = None
         self.modes: list[Mode] = []
         self.mu = filter.start_probability()
@@ -143,6 +146,7 @@ class Track:
         self.modes = [one_point(m, fix, self.filter.initial.velocity_sd) for m in self.filter.motions]
         self.mu = self.filter.start_probability()
         self.rejected = 0
+        self.surprises = []
 
     def advance(self, scan: Scan, row: Row) -> None:
         f = self.filter
@@ -174,10 +178,22 @@ class Track:
         log_density = logsumexp(log_joint)
         if self.first is None:  # before the second point nothing is scored or gated
             self.score(scan, c, updated, work, log_density)
+            fit = updated
+            if scan.status == GATED and (scale := self.explained(updated, work)):
+                # believed after all, by predictions widened to the scale of the innovations
+                updated = [
+                    update(m, work.sensor, p.x, scale * p.P, work.z, work.R, f.linearisation)
+                    for m, p in zip(f.motions, scan.predicted, strict=True)
+                ]
+                log_joint = np.log(c) + np.array([u.log_likelihood for u in updated])
+                log_density = logsumexp(log_joint)
+                scan.status = UPDATED
         if scan.status == GATED:
             self.reject(scan, row)
             return
         self.rejected = 0
+        if self.first is None:
+            self.remember(fit, int(work.present.sum()))
         self.modes, self.mu = [Mode(u.x, u.P) for u in updated], np.exp(log_joint - log_density)
         scan.status, scan.used = UPDATED, work
 
@@ -194,6 +210,29 @@ class Track:
             if inlier < outlier:
                 scan.status = GATED
 
+    def remember(self, updated: list[Updated], dof: int) -> None:
+        """One row adds at most 25 per dimension."""
+        best = min(nis_of(u) for u in updated)
+        self.surprises.append((min(best, 25.0 * dof), dof))
+
+    def explained(self, updated: list[Updated], work: Row) -> float:
+        """The scale of the innovations if Student's t with the last rows' scale explains the row, else 0.
+
+        While the mean NIS per dimension exceeds 4: t(v; nu, kappa S) with nu = sum w dof, kappa = sum w NIS / nu and
+        w = 0.9^age, Gamma((nu + m) / 2) / Gamma(nu / 2) taken as (nu / 2)^(m / 2).
+        """
+        f, m = self.filter, int(work.present.sum())
+        w = 0.9 ** np.arange(len(self.surprises))[::-1]
+        total, nu = (float(w @ [s[k] for s in self.surprises]) if self.surprises else 0.0 for k in (0, 1))
+        if nu <= 1.5 * m or total / nu <= 4.0:
+            return 0.0
+        best = min(updated, key=nis_of)
+        nis, kappa = nis_of(best), total / nu
+        log_t = -0.5 * np.linalg.slogdet(2 * np.pi * kappa * best.S)[1]
+        log_t -= 0.5 * (nu + m) * np.log1p(nis / (nu * kappa))
+        outlier = np.log(f.outliers.share) + f.outliers.log_density(work)
+        return (total + nis) / (nu + m) if np.log1p(-f.outliers.share) + log_t > outlier else 0.0
+
     def reject(self, scan: Scan, row: Row) -> None:
         self.rejected += 1
         scan.status = GATED
@@ -202,6 +241,10 @@ class Track:
             self.restart(fix)
             scan.linked = False
             scan.status, scan.nis, scan.nis_dof = RESTARTED, np.nan, 0
+
+
+def nis_of(updated: Updated) -> float:
+    return float(updated.innovation @ np.linalg.solve(updated.S, updated.innovation))
 
 
 def matched_nis(c: Array, updated: list[Updated], row: Row) -> tuple[float, int]:

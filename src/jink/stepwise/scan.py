@@ -1,18 +1,21 @@
 """One scan of all tracks: mix, predict, update, weigh, gate and start, with the native mix and update."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from .._engine import native
 from ..models.outliers import Outliers
+from . import surprise
 from .components import Seen, union
 from .functions import Array
 from .modes import LibraryMode, Mode, OwnMode
 from .sensors import LibrarySensor, Look, OwnSensor, View
 from .start import Start, check_priors
 from .states import Measurement, Outcome, Predicted, Record, States
+from .surprise import BestFit
 from .weigh import matched_nis, probability_transform, weigh
 
 
@@ -148,12 +151,7 @@ class Scan:
         """Update every mode by sensor i, weigh the modes, gate, and start tracks that need it."""
         look, raw = self.looks[i], self.measure(i, z, R)
         m = Measurement(*look.convert(raw.z, raw.R, raw.present))
-        innovations = []
-        for j, view in enumerate(self.views[i]):
-            y, H, added = view.linearise(ahead.x[j], ahead.P[j], m.z, m.present & s.started[:, None])
-            s.x[j], s.P[j], *v = native.update(ahead.x[j], ahead.P[j], y, H, m.R + added, m.present)
-            innovations.append((*v, np.where(m.present, y, 0.0)))
-        nis, det, e, S, joint, y = ([v[k] for v in innovations] for k in range(6))
+        nis, det, e, S, joint, y = self._update(s, ahead, i, m)
         out = Outcome.new(len(z), self.columns)
         out.dof = m.present.sum(axis=1).astype(float)
         out.measured = out.dof > 0
@@ -163,15 +161,34 @@ class Scan:
         if self.with_pit:
             out.pit[:, : m.z.shape[1]] = np.where(m.present, probability_transform(ahead.prior, e, S), np.nan)
         if self.share > 0:
-            self._gate(s, ahead, -(m.present * look.log_extent).sum(axis=1), out)
+            log_outlier = -(m.present * look.log_extent).sum(axis=1)
+            self._gate(s, ahead, i, m, log_outlier, surprise.best_fit(nis, det), out)
         s.last_accepted = np.where(out.measured & ~out.gated, s.time, s.last_accepted)
         self.start.begin(s, look.fix(raw.z, raw.R, raw.present), out)
         return out
 
-    def _gate(self, s: States, ahead: Predicted, log_outlier: Array, out: Outcome) -> None:
+    def _update(self, s: States, ahead: Predicted, i: int, m: Measurement) -> list[list[Array]]:
+        """Update every mode by sensor i; of each: NIS, det S, residuals in turn, their S, the whole S, y."""
+        innovations = []
+        for j, view in enumerate(self.views[i]):
+            y, H, added = view.linearise(ahead.x[j], ahead.P[j], m.z, m.present & s.started[:, None])
+            s.x[j], s.P[j], *v = native.update(ahead.x[j], ahead.P[j], y, H, m.R + added, m.present)
+            innovations.append((*v, np.where(m.present, y, 0.0)))
+        return [[v[k] for v in innovations] for k in range(6)]
+
+    def _gate(
+        self, s: States, ahead: Predicted, i: int, m: Measurement, log_outlier: Array, best: BestFit, out: Outcome
+    ) -> None:
         target, outlier = out.log_likelihood + np.log1p(-self.share), log_outlier + np.log(self.share)
         out.log_likelihood = np.where(out.measured, np.logaddexp(target, outlier), out.log_likelihood)
         out.gated = out.measured & (target < outlier) & s.running
+        explained = out.gated & surprise.explains(s, best, out.dof, np.log1p(-self.share), outlier)
+        if explained.any():
+            wide = ahead.widened(np.where(explained, surprise.scale_with(s, best, out.dof), 1.0))
+            nis, det, *_ = self._update(s, wide, i, m)
+            weigh(s, ahead.prior, nis, det, replace(out))
+            out.gated = out.gated & ~explained
+        surprise.add(s, best, out.dof, out.measured & s.running & ~out.gated)
         s.rejections = np.where(out.measured, np.where(out.gated, s.rejections + 1, 0.0), s.rejections)
         if not out.gated.any():
             return

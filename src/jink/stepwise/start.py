@@ -50,6 +50,7 @@ class Start:
         out.scored = out.scored & ~fresh
         s.started = s.started | fresh
         s.rejections = np.where(fresh, 0.0, s.rejections)
+        s.surprise, s.surprise_dof = np.where(fresh, 0.0, s.surprise), np.where(fresh, 0.0, s.surprise_dof)
         s.last_accepted = np.where(fresh | second, s.time, s.last_accepted)
 
     def _start(self, s: States, fix: Fix, rows: Array) -> None:

@@ -46,6 +46,8 @@ class States(Rows):
     time: Array
     last_accepted: Array
     rejections: Array
+    surprise: Array  # NIS of the rows accepted last, and their dimensions
+    surprise_dof: Array
     first: Array  # position, while waiting for a second
     first_P: Array
     first_time: Array
@@ -60,6 +62,8 @@ class States(Rows):
             [np.zeros((tracks, n)) for n in sizes],
             [np.tile(np.eye(n), (tracks, 1, 1)) for n in sizes],
             np.tile(probability, (tracks, 1)),
+            np.zeros(tracks),
+            np.zeros(tracks),
             np.zeros(tracks),
             np.zeros(tracks),
             np.zeros(tracks),
@@ -84,6 +88,10 @@ class Predicted(Rows):
     x: list[Array]
     P: list[Array]
     prior: Array
+
+    def widened(self, by: Array) -> "Predicted":
+        """With the covariances multiplied by a factor per track."""
+        return Predicted(self.x, [P * by[:, None, None] for P in self.P], self.prior)
 
 
 @dataclass
