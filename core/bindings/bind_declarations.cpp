@@ -3,6 +3,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "bindings/bindings.hpp"
+#include "scan/track.hpp"
 
 namespace {
 
@@ -14,6 +15,13 @@ template <class E> void enumeration(nb::module_ &module, const char *name, const
 }
 
 void bind_enumerations(nb::module_ &module) {
+    enumeration<Status>(module, "Status", "What became of a row: the numbers of jink.Status.",
+                        {{"none", Status::none},
+                         {"updated", Status::updated},
+                         {"predicted", Status::predicted},
+                         {"gated", Status::gated},
+                         {"restarted", Status::restarted},
+                         {"initialised", Status::initialised}});
     enumeration<MotionKind>(module, "MotionKind", "Which motion model moves a state.",
                             {{"constant_velocity", MotionKind::constant_velocity},
                              {"constant_acceleration", MotionKind::constant_acceleration},

@@ -6,6 +6,21 @@ from typing import Annotated, overload
 import numpy
 from numpy.typing import NDArray
 
+class Status(enum.Enum):
+    """What became of a row: the numbers of jink.Status."""
+
+    none = 0
+
+    updated = 1
+
+    predicted = 2
+
+    gated = 3
+
+    restarted = 4
+
+    initialised = 5
+
 class MotionKind(enum.Enum):
     """Which motion model moves a state."""
 
