@@ -10,8 +10,8 @@ from __future__ import annotations
 import glob
 import io
 import zlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import polars as pl
@@ -37,12 +37,16 @@ FOREIGN = {
 
 @dataclass(frozen=True)
 class Table:
-    """One input file: its name, its columns, and how to read some of them."""
+    """One input file: its name, its columns, and how to read some of them; notes on its content, and the columns that
+    its format fixes (role with a unit: name).
+    """
 
     file: str
     format: str
     names: list[str]
     read: Callable[[Sequence[str]], Rows]
+    notes: tuple[str, ...] = ()
+    fixed: Mapping[str, str] = field(default_factory=dict)
 
 
 def expand(inputs: Sequence[str | Path]) -> list[Path]:

@@ -14,11 +14,11 @@ import polars as pl
 
 from ..catalogue.targets import KINDS
 from ..estimate import Estimate
-from ..io.columns import Columns, recognise
+from ..io.columns import Columns
 from ..io.errors import InputError
 from ..io.formats.json import JsonText
 from ..io.geodesy import DevelopedFrame, onward
-from ..io.loading import Reading
+from ..io.loading import Reading, recognised
 from ..io.measurements import Measurements, measure
 from ..io.writing import plain_times
 from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD
@@ -103,7 +103,7 @@ class LiveTracks:
                 {"row": i, "reason": "not a JSON object", "value": _shown(line)} for i, line in enumerate(lines)
             ]
         self.names += [name for name in text.names if name not in self.names]
-        columns = recognise(NAME, self.names, self.reading.columns)
+        columns, conventions, notes = recognised(NAME, self.names, self.reading)
         _known_units(columns)
         wanted = sorted({column.name for column in columns.roles.values()})
         frame, unreadable = text.read([name for name in wanted if name in text.names])
@@ -117,11 +117,12 @@ class LiveTracks:
                 altitude_unit=reading.altitude_unit,
                 time_unit=reading.time_unit,
                 check_coordinates=reading.check_coordinates,
+                conventions=conventions,
             )
         except InputError:  # no time in any of these lines
             refused = [{"row": row, "reason": "time is missing or unreadable"} for row in frame["row"]]
             return None, refused + list(unreadable.iter_rows(named=True))
-        self.notes += [note for note in found.notes if note not in self.notes]
+        self.notes += [note for note in notes + found.notes if note not in self.notes]
         return found, list(unreadable.iter_rows(named=True))
 
     def _refuse(self, refused: list[dict[str, Any]], first: int) -> str:
