@@ -196,7 +196,7 @@ def _degrees(values: dict[str, np.ndarray]) -> None:
     for name in ("latitude", "longitude"):
         values[name] = np.degrees(values[name])
     with np.errstate(invalid="ignore"):
-        gone = placeholders(np.round(values["latitude"], 6), np.round(values["longitude"], 6))
+        gone = placeholders(values["latitude"], values["longitude"])
         beyond = np.abs(values["longitude"]) > 180.0
         beyond &= ~gone
         values["longitude"][beyond & (values["longitude"] <= 360.0)] -= 360.0
@@ -209,7 +209,7 @@ def _invalid(position: str, values: dict[str, np.ndarray], check: bool) -> list[
         if position == "geographic" and check:
             latitude, longitude = values["latitude"], values["longitude"]
             found.append(("latitude beyond ±90°", np.abs(latitude) > 90.0))
-            gone = placeholders(np.round(latitude, 6), np.round(longitude, 6))
+            gone = placeholders(latitude, longitude)
             found.append(("181° says that no longitude is available (AIS)", gone & (np.abs(latitude) <= 90.0)))
             found.append(("longitude beyond ±360°", np.abs(longitude) > 180.0))
             found.append(("latitude and longitude exactly 0", (latitude == 0.0) & (longitude == 0.0)))

@@ -10,7 +10,7 @@ from .columns import listed, normal
 from .dates import OF_DAY, readings
 from .errors import InputError
 from .evidence import Motion
-from .sheet import Sheet
+from .sheet import WILD, Sheet
 from .values import numbers, texts
 
 GPS_EPOCH = 315_964_800.0  # s: 1980-01-06, where GPS weeks begin
@@ -222,5 +222,5 @@ def with_midnights(seconds: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, 
 def wants_motion(series: pl.Series) -> bool:
     """Whether the size of the numbers leaves open what they count."""
     value = numbers(series)[0]
-    known = np.abs(value[np.isfinite(value)])
+    known = np.abs(value[np.abs(value) < WILD])
     return known.size >= 0.5 * series.count() and known.size > 0 and float(np.median(known)) < EARLY

@@ -114,7 +114,9 @@ def grounded(sheet: Sheet) -> np.ndarray:
         ground |= sheet.series("altitude").str.contains(GROUND).fill_null(False).to_numpy()
     if "on_ground" in sheet:
         marks = texts(sheet.series("on_ground")).str.strip_chars().str.to_lowercase()
-        ground |= marks.is_in(YES).fill_null(False).to_numpy()
+        # in a column of heights, 1 is a height
+        yes = [] if normal(sheet.roles["on_ground"].name) == "alt_baro" else YES
+        ground |= (marks.is_in(yes) | marks.str.contains(GROUND)).fill_null(False).to_numpy()
     return ground
 
 
@@ -139,7 +141,7 @@ def on_the_ground(
 
 def placeholders(latitude: np.ndarray, longitude: np.ndarray) -> np.ndarray:
     """AIS says 91 and 181 degrees where a position is not available."""
-    return (latitude == 91.0) | (longitude == 181.0)
+    return (np.abs(latitude - 91.0) < 1e-9) | (np.abs(longitude - 181.0) < 1e-9)
 
 
 def speeds(sheet: Sheet) -> np.ndarray:

@@ -116,7 +116,7 @@ ROLES: Named = {
             *("altitude_accuracy", "altitude_sd", "est_vertical_error"),
         ),
     ),
-    "on_ground": ({}, ("on_ground", "onground", "is_on_ground", "isonground")),
+    "on_ground": ({}, ("on_ground", "onground", "is_on_ground", "isonground", "alt_baro")),
     "valid": (
         {},
         (
