@@ -17,7 +17,7 @@ from .columns import Column, Columns, normal
 from .coordinates import angles, from_minutes, pair, scale, signs
 from .errors import InputError
 from .identity import choose_target, unique_per_row
-from .moments import choose_time, doubtful_time, read_moments, wants_motion, with_midnights
+from .moments import choose_time, doubtful_time, read_moments, wants_motion, with_date, with_midnights
 from .sheet import Sheet
 from .units import DEGREE, LENGTH, SPEED
 from .values import WITH_UNIT, numbers
@@ -42,16 +42,27 @@ def doubtful(frame: pl.DataFrame, columns: Columns) -> list[str]:
 
 
 def understand(
-    where: str, frame: pl.DataFrame, columns: Columns, how: Conventions, time_unit: str | None
+    where: str, frame: pl.DataFrame, columns: Columns, how: Conventions, time_unit: str | None, stream: bool = False
 ) -> tuple[Sheet, Times]:
-    """The table with every role settled, and its times. Errors: InputError for what stays ambiguous."""
+    """The table with every role settled, and its times; of a stream by names and by what each field says alone.
+
+    Errors: InputError for what stays ambiguous.
+    """
     sheet = Sheet.of(where, frame, columns, how)
-    choose_target(sheet)
-    choose_time(sheet)
+    if not stream:
+        choose_target(sheet)
+        choose_time(sheet)
+    if "date" in sheet:
+        with_date(sheet)
     _units_in_values(sheet)
     if sheet.position == "geographic":
         _geographic(sheet)
     turn_axes(sheet)
+    if stream:
+        angle_units(sheet, np.zeros(0))
+        return sheet, read_moments(sheet, time_unit, None)
+    if sheet.position == "geographic":
+        _rescale(sheet)
     open_units = sheet.position == "polar" or (sheet.position == "cartesian" and sheet.roles["x"].unit is None)
     if open_units:
         column = sheet.roles["time"]
@@ -108,7 +119,6 @@ def _geographic(sheet: Sheet) -> None:
     for role, (mark, letters) in HEMISPHERES.items():
         if mark in sheet:
             _hemisphere(sheet, role, mark, letters)
-    _rescale(sheet)
 
 
 def _split(sheet: Sheet) -> None:

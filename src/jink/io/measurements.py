@@ -63,11 +63,15 @@ def measure(
     default_target: str = "0",
     check_coordinates: bool = True,
     conventions: Conventions = NONE,
+    stream: bool = False,
 ) -> Measurements:
-    """Convert the recognised columns of `frame`, which has `row` too; InputError if no time is readable."""
+    """Convert the recognised columns of `frame`, which has `row` too; InputError if no time is readable.
+
+    stream: the rows are a few of many, so that their values do not decide what columns mean.
+    """
     where = file or "the table"
     clock = frame[columns.roles["time"].name]
-    sheet, times = understand(where, frame, columns, conventions, time_unit)
+    sheet, times = understand(where, frame, columns, conventions, time_unit, stream)
     if frame.height and np.isnan(times.seconds).all():
         raise InputError(
             f"{where}: no time could be read in column {clock.name!r} (first value: {_first(clock)!r}); "
@@ -80,10 +84,10 @@ def measure(
         problems.append(("no identifier", target.is_null().to_numpy(), sheet.series("target")))
     values, unreadable = _positions(sheet, altitude_unit)
     seconds = times.seconds
-    if times.absolute:
+    if times.absolute and not stream:
         seconds, notes = mend(seconds, sheet.codes(), *list(values.values())[:2], sheet.position)
         noticed += notes
-    ground = _on_the_ground(sheet, values, seconds)
+    ground = np.zeros(frame.height, bool) if stream else _on_the_ground(sheet, values, seconds)
     if check_coordinates:
         problems += refused(sheet)
     problems += unreadable

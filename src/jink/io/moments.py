@@ -38,11 +38,9 @@ def doubtful_time(series: pl.Series, codes: np.ndarray) -> bool:
 
 
 def choose_time(sheet: Sheet) -> None:
-    """Another column where the usual one is the second of the minute; dates and times of day put together."""
+    """Another column where the usual one is the second of the minute."""
     if "time" not in sheet.told and doubtful_time(sheet.series("time"), sheet.codes()):
         _not_the_second(sheet)
-    if "date" in sheet:
-        _with_date(sheet)
 
 
 def _not_the_second(sheet: Sheet) -> None:
@@ -64,7 +62,7 @@ def _not_the_second(sheet: Sheet) -> None:
     )
 
 
-def _with_date(sheet: Sheet) -> None:
+def with_date(sheet: Sheet) -> None:
     """Date and time of day in two columns become one text; a time that is complete leaves the date alone."""
     clock = _clock_text(sheet.series("time"))
     if clock is None:
