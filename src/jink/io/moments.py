@@ -105,6 +105,7 @@ def _date_text(sheet: Sheet) -> pl.Series | None:
     short = text.drop_nulls()
     if len(short) and short.str.contains(r"^\d{5,6}$").all():
         return _six_digits(sheet, text.str.zfill(6))
+    text = text.str.replace(r"^(\d{4})(\d{2})(\d{2})$", "${1}-${2}-${3}")
     return text if readings(text) else None
 
 

@@ -46,7 +46,7 @@ RAYLEIGH_95 = math.sqrt(-2.0 * math.log(0.05))  # radius of the 95 % circle of a
 RAYLEIGH_NIC = math.sqrt(-2.0 * math.log(1e-5))  # NIC's radius is left once in 1e5 (the weakest integrity level, SIL 2)
 RAYLEIGH_68 = math.sqrt(-2.0 * math.log(1.0 - 0.68))  # phones and receivers state the radius of the 68 % circle
 GROUND = r"(?i)^\s*(ground|gnd|on ground)\s*$"
-GROUND_SD = 30.0  # m: how far the ground may be from the last height that was reported in the air
+GROUND_SD = 5.0  # m: heights come in steps of 25 feet, and the last in the air is from seconds before the ground
 NO = ["false", "0", "0.0", "f", "no", "n", "v", "invalid", "no fix", "nofix", "void"]
 YES = ["true", "1", "1.0", "t", "yes", "y"]
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 from xml.etree import ElementTree
 
 from ..errors import InputError
-from .markup import elements, local, numbered
+from .markup import elements, local, numbered, rooted
 from .records import Format, Records
 
 POINTS = ("trkpt", "rtept", "wpt")
@@ -15,7 +14,7 @@ POINTS = ("trkpt", "rtept", "wpt")
 
 def recognises(head: bytes) -> bool:
     """Its root element is gpx."""
-    return re.match(rb"(?:<\?xml[^>]*>|<!--.*?-->|\s)*<(?:\w+:)?gpx\b", head, re.DOTALL) is not None
+    return rooted(head, b"gpx")
 
 
 def read(file: str, content: bytes) -> Records:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 from xml.etree import ElementTree
 
 from ..errors import InputError
-from .markup import elements, local, numbered, text_of
+from .markup import elements, local, numbered, rooted, text_of
 from .records import Format, Records, Refused
 
 
 def recognises(head: bytes) -> bool:
     """Its root element is kml."""
-    return re.match(rb"(?:<\?xml[^>]*>|<!--.*?-->|\s)*<(?:\w+:)?kml\b", head, re.DOTALL) is not None
+    return rooted(head, b"kml")
 
 
 def read(file: str, content: bytes) -> Records:

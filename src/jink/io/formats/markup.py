@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator
 from xml.etree import ElementTree
 
@@ -21,6 +22,12 @@ def elements(file: str, content: bytes) -> Iterator[tuple[str, str, ElementTree.
             yield event, local(element.tag), element
     except ElementTree.ParseError as error:
         raise InputError(f"{file} is XML that cannot be read (truncated or damaged?): {error}") from None
+
+
+def rooted(head: bytes, name: bytes) -> bool:
+    """Whether the first element of a document has this name, in any namespace."""
+    before = rb"(?:<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^\[>]*(?:\[.*?\])?\s*>|\s)*"
+    return re.match(before + rb"<(?:\w+:)?" + name + rb"\b", head, re.DOTALL) is not None
 
 
 def local(tag: str) -> str:
