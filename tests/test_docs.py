@@ -1,6 +1,8 @@
 """Every Python example in the documentation runs, file by file, from top to bottom."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -20,6 +22,11 @@ def test_examples_run(page, tmp_path, monkeypatch):
     for match in BLOCK.finditer(text):
         line = text[: match.start()].count("\n") + 2
         exec(compile("\n" * (line - 1) + match.group(1), str(page), "exec"), names)
+
+
+def test_the_tables_of_what_jink_reads_are_those_of_the_code():
+    done = subprocess.run([sys.executable, str(ROOT / "scripts" / "reading_docs.py"), "--check"], check=False)
+    assert done.returncode == 0, "run scripts/reading_docs.py"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -38,6 +38,20 @@ class TimeUnit(StrEnum):
     ns = "ns"
 
 
+class Axes(StrEnum):
+    """Directions of x, y and z."""
+
+    enu = "enu"
+    ned = "ned"
+
+
+class AzimuthFrom(StrEnum):
+    """Where azimuth is 0, and with it which way it counts."""
+
+    north = "north"
+    east = "east"
+
+
 @dataclass(frozen=True, kw_only=True)
 class TrackRequest:
     """Turn position reports into tracks: clean them, estimate their noise, filter or smooth them.
@@ -125,7 +139,45 @@ class TrackRequest:
         typer.Option(
             metavar="UNIT",
             rich_help_panel=INPUT,
-            help="Unit of numeric times: s, ms, us or ns. Default: by the column's name or the size of the numbers.",
+            help="Unit of numeric times: s, ms, us or ns. Default: by the column's name or the numbers.",
+        ),
+    ] = None
+    time_format: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FORMAT", rich_help_panel=INPUT, help="How times are written, as strftime: '%d/%m/%Y %H:%M'."
+        ),
+    ] = None
+    time_zone: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ZONE",
+            rich_help_panel=INPUT,
+            help="Zone of times that name none, such as Europe/Berlin. Default: UTC.",
+        ),
+    ] = None
+    day_first: Annotated[
+        bool,
+        typer.Option("--day-first", rich_help_panel=INPUT, help="Dates such as 03/04/2024 are in April.", **FLAG),
+    ] = False
+    month_first: Annotated[
+        bool,
+        typer.Option("--month-first", rich_help_panel=INPUT, help="Dates such as 03/04/2024 are in March.", **FLAG),
+    ] = False
+    axes: Annotated[
+        Axes | None,
+        typer.Option(
+            metavar="enu|ned",
+            rich_help_panel=INPUT,
+            help="Where x, y and z point: east, north, up, or north, east, down. Default: enu.",
+        ),
+    ] = None
+    azimuth_from: Annotated[
+        AzimuthFrom | None,
+        typer.Option(
+            metavar="north|east",
+            rich_help_panel=INPUT,
+            help="Azimuth counts clockwise from north, or counter-clockwise from east (the x axis). Default: north.",
         ),
     ] = None
     site: Annotated[
@@ -223,7 +275,21 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         threads=request.threads,
     )
     columns = parse_columns(request.columns)
-    return Reading(columns, request.altitude_unit, request.time_unit, not request.no_check), settings
+    return Reading(
+        columns, request.altitude_unit, request.time_unit, not request.no_check, conventions_of(request)
+    ), settings
+
+
+def conventions_of(request: TrackRequest) -> Any:
+    """How dates and axes are to be read. Errors: InputError."""
+    from ..io.clocks import Conventions
+
+    if request.day_first and request.month_first:
+        raise InputError("--day-first and --month-first exclude each other")
+    order = True if request.day_first else False if request.month_first else None
+    axes = request.axes.value if request.axes else None
+    azimuth = request.azimuth_from.value if request.azimuth_from else None
+    return Conventions(order, request.time_format, request.time_zone, axes, azimuth)
 
 
 def _run_live(request: TrackRequest) -> int:

@@ -1,10 +1,10 @@
-"""Which column is what: the usual names of the ADS-B, AIS and radar world, and the units that names carry.
+"""Which column is what: by the usual names of the trade, by the units that names carry, and by the user's word.
 
 A name is compared in lower case with everything but letters and digits as `_`. If it is not known as it
 stands, its ending is tried as a unit: `altitude_ft`, `Range [km]`, `azimuth_deg`, `time_ms`. Without a unit a
 column is in SI units (metres, radians, seconds), except where its name has a unit by custom (`alt_baro` of
-readsb is in feet); what cannot be known from the name is decided by a stated rule in `measurements.py` and
-said in the summary.
+readsb is in feet); what cannot be known from the name is decided from the values (`meaning.py`) and said in
+the summary.
 """
 
 from __future__ import annotations
@@ -12,191 +12,44 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .errors import InputError
+from .roles import CUSTOMARY_UNIT, MARKS, POSITIONS, ROLES
 
-FOOT, MILE, KNOT, DEGREE = 0.3048, 1852.0, 1852.0 / 3600.0, 0.017453292519943295
-LENGTH = {
-    "m": 1.0,
-    "metre": 1.0,
-    "metres": 1.0,
-    "meter": 1.0,
-    "meters": 1.0,
-    "km": 1000.0,
-    "ft": FOOT,
-    "feet": FOOT,
-    "foot": FOOT,
-    "nmi": MILE,
-    "nm": MILE,
-    "mi": 1609.344,
-    "yd": 0.9144,
-    "fl": 100 * FOOT,
+USED = {  # roles that matter beside the position itself, by its kind
+    "geographic": {"altitude", "nacp", "nic", "gva"},
+    "cartesian": {"z"},
+    "polar": {"elevation", "altitude"},
 }
-ANGLE = {
-    "deg": DEGREE,
-    "degree": DEGREE,
-    "degrees": DEGREE,
-    "rad": 1.0,
-    "radian": 1.0,
-    "radians": 1.0,
-    "mrad": 1e-3,
-}
-SPEED = {
-    "mps": 1.0,
-    "ms": 1.0,
-    "m_s": 1.0,
-    "kt": KNOT,
-    "kts": KNOT,
-    "kn": KNOT,
-    "knot": KNOT,
-    "knots": KNOT,
-    "kmh": 1 / 3.6,
-    "kph": 1 / 3.6,
-    "km_h": 1 / 3.6,
-    "mph": 0.44704,
-}
-TIME = {
-    "s": 1.0,
-    "sec": 1.0,
-    "secs": 1.0,
-    "second": 1.0,
-    "seconds": 1.0,
-    "ms": 1e-3,
-    "msec": 1e-3,
-    "millis": 1e-3,
-    "us": 1e-6,
-    "usec": 1e-6,
-    "micros": 1e-6,
-    "ns": 1e-9,
-    "nanos": 1e-9,
-}
-
-# quantity and names of every role, the preferred name first
-ROLES: dict[str, tuple[Mapping[str, float], tuple[str, ...]]] = {
-    "target": (
-        {},
-        (
-            "target",
-            "target_id",
-            "track_id",
-            "tracknumber",
-            "track_number",
-            "flight_id",
-            "icao24",
-            "icao",
-            "hex",
-            "hexident",
-            "mmsi",
-            "callsign",
-            "ident",
-            "flight",
-            "vessel_id",
-            "vehicle_id",
-            "object_id",
-            "device_id",
-            "trip_id",
-            "tail",
-            "registration",
-            "imo",
-            "id",
-            "name",
-        ),
-    ),
-    "time": (
-        TIME,
-        (
-            "time",
-            "timestamp",
-            "t",
-            "datetime",
-            "date_time",
-            "basedatetime",
-            "base_date_time",
-            "time_position",
-            "timeposition",
-            "epoch",
-            "unixtime",
-            "unix_time",
-            "utc",
-            "ts",
-            "time_utc",
-            "timestamp_utc",
-            "gps_time",
-            "received_at",
-        ),
-    ),
-    "latitude": (ANGLE, ("latitude", "lat", "position_latitude", "location_lat")),
-    "longitude": (ANGLE, ("longitude", "lon", "lng", "long", "position_longitude", "location_long")),
-    "altitude": (
-        LENGTH,
-        (
-            "altitude",
-            "geoaltitude",
-            "geo_altitude",
-            "geom_altitude",
-            "alt_geom",
-            "baroaltitude",
-            "baro_altitude",
-            "alt_baro",
-            "alt",
-            "flight_level",
-            "height",
-            "elevation_above_sea",
-            "ele",
-        ),
-    ),
-    "x": (LENGTH, ("x", "px", "pos_x", "position_x", "easting", "east", "measured_x")),
-    "y": (LENGTH, ("y", "py", "pos_y", "position_y", "northing", "north", "measured_y")),
-    "z": (LENGTH, ("z", "pz", "pos_z", "position_z", "up", "measured_z", "altitude", "alt", "height")),
-    "range": (LENGTH, ("range", "slant_range", "rho", "distance", "r")),
-    "azimuth": (ANGLE, ("azimuth", "az", "theta", "bearing")),
-    "elevation": (ANGLE, ("elevation", "el", "elev", "elevation_angle")),
-    "speed": (SPEED, ("speed", "groundspeed", "ground_speed", "gs", "sog", "speed_over_ground", "velocity")),
-    "nacp": ({}, ("nacp", "nac_p", "nac")),
-    "nic": ({}, ("nic",)),
-    "gva": ({}, ("gva",)),
-    "source": ({}, ("source", "sensor", "sensor_id", "radar", "radar_id", "station", "sac_sic")),
-}
-
-CUSTOMARY_UNIT = {
-    "alt_baro": FOOT,
-    "alt_geom": FOOT,
-    "flight_level": 100 * FOOT,
-    "latitude": DEGREE,
-    "longitude": DEGREE,
-    "gs": KNOT,
-    "sog": KNOT,
-    "groundspeed": KNOT,
-    "speed_over_ground": KNOT,
-    "geoaltitude": 1.0,
-    "geo_altitude": 1.0,
-    "geom_altitude": 1.0,
-    "baroaltitude": 1.0,
-    "baro_altitude": 1.0,
-}
-POSITIONS = {"geographic": ("latitude", "longitude"), "cartesian": ("x", "y"), "polar": ("range", "azimuth")}
+SEVERAL = ("target", "time", "altitude")  # roles for which other columns are kept in mind
+WORDS = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
 @dataclass(frozen=True)
 class Column:
-    """One recognised column: its name in the file and its unit in SI units (None: the name does not say)."""
+    """One recognised column: its name in the table, its unit in SI units (None: the name does not say), and the name
+    that people know it by where that is another.
+    """
 
     name: str
     unit: float | None
+    shown: str = ""
 
 
 @dataclass(frozen=True)
 class Columns:
-    """The recognised columns of one table by role, and which kind of position they hold."""
+    """The recognised columns of one table by role, which kind of position they hold, and others that may be meant."""
 
     position: str
     roles: dict[str, Column]
     names: tuple[str, ...]
+    others: dict[str, tuple[Column, ...]] = field(default_factory=dict)
+    given: frozenset[str] = frozenset()
 
     def named(self) -> dict[str, str]:
         """Role to column name, as it is said in the summary."""
-        return {role: column.name for role, column in self.roles.items()}
+        return {role: column.shown or column.name for role, column in self.roles.items()}
 
 
 def normal(name: str) -> str:
@@ -205,30 +58,51 @@ def normal(name: str) -> str:
 
 
 def recognise(
-    file: str, names: Sequence[str], given: Mapping[str, str] | None = None, altitude: bool = True
+    file: str, names: Sequence[str], given: Mapping[str, str] | None = None, fixed: Mapping[str, str] | None = None
 ) -> Columns:
-    """Find every role's column, by `given` (role or role_unit: name) or usual names, or raise InputError."""
-    roles = _given_roles(file, names, given or {})
+    """Find every role's column, by `given` (role or role_unit: name), what the format has `fixed`, or usual names.
+
+    Errors: InputError where there is no position or no time.
+    """
+    given = given or {}
+    roles = _given_roles(file, names, given)
+    told = frozenset(roles)
+    fixed_roles = _given_roles(file, names, {key: name for key, name in (fixed or {}).items() if name in names})
+    roles |= {role: column for role, column in fixed_roles.items() if role not in roles}
     taken = {column.name for column in roles.values()}
-    usual = {normal(name): name for name in reversed(names) if name not in taken}
+    usual = {normal(WORDS.sub("_", name)): name for name in reversed(names) if name not in taken}
+    usual |= {normal(name): name for name in reversed(names) if name not in taken}
+    others: dict[str, tuple[Column, ...]] = {}
     for role in ROLES:
-        if role not in roles and (found := _find(role, usual)):
-            roles[role] = found
-    position = _position(roles, given or {})
+        found = _find(role, usual)
+        if role not in roles and found:
+            roles[role] = found[0]
+            if role in SEVERAL:
+                others[role] = tuple(dict.fromkeys(found[1:]))
+    position = _position(roles, given)
     if position is None:
         raise InputError(_missing(file, "position", names, ("latitude", "longitude", "x", "y", "range", "azimuth")))
     if "time" not in roles:
         raise InputError(_missing(file, "time", names, ("time",)))
-    used = {"target", "time", "speed", "source", *POSITIONS[position]}
-    used |= {
-        "geographic": {"altitude", "nacp", "nic", "gva"},
-        "cartesian": {"z"},
-        "polar": {"elevation", "altitude"},
-    }[position]
-    if "elevation" in roles and position == "polar" and "altitude" not in (given or {}):
+    return Columns(position, _used(roles, position, given), tuple(names), others, told)
+
+
+def _used(roles: dict[str, Column], position: str, given: Mapping[str, str]) -> dict[str, Column]:
+    """The roles that matter for this kind of position."""
+    used = {"target", "time", "speed", "source", *POSITIONS[position], *USED[position], *MARKS}
+    if "elevation" in roles and position == "polar" and "altitude" not in given:
         used.discard("altitude")
-    roles = {role: column for role, column in roles.items() if role in used}
-    return Columns(position, roles, tuple(names))
+    if position != "geographic":
+        used -= {"place", "north_south", "east_west"}
+    elif all(role in roles for role in POSITIONS[position]) and "place" not in given:
+        used.discard("place")
+    measured = {roles[role].name for role in POSITIONS[position] if role in roles}
+    doubled = {roles["time"].name, *measured}
+    return {
+        role: column
+        for role, column in roles.items()
+        if role in used and (role not in MARKS or column.name not in doubled)
+    }
 
 
 def _given_roles(file: str, names: Sequence[str], given: Mapping[str, str]) -> dict[str, Column]:
@@ -245,7 +119,7 @@ def _given_roles(file: str, names: Sequence[str], given: Mapping[str, str]) -> d
             hint = f"; did you mean {close[0]!r}?" if close else ""
             raise InputError(
                 f"{file}: columns: {role} is given as column {name!r}, which does not exist{hint}\n"
-                f"  Found: {_listed(names)}"
+                f"  Found: {listed(names)}"
             )
         roles[role] = Column(name, unit if unit is not None else _unit_of(role, normal(name)))
     return roles
@@ -260,15 +134,16 @@ def _role_and_unit(key: str) -> tuple[str | None, float | None]:
     return None, None
 
 
-def _find(role: str, usual: Mapping[str, str]) -> Column | None:
+def _find(role: str, usual: Mapping[str, str]) -> list[Column]:
+    """All columns that a role's names fit, the preferred first."""
     units, known = ROLES[role]
+    found = []
     for name in known:
         if name in usual:
-            return Column(usual[name], CUSTOMARY_UNIT.get(name, CUSTOMARY_UNIT.get(role)))
-        for unit, factor in units.items():
-            if f"{name}_{unit}" in usual:
-                return Column(usual[f"{name}_{unit}"], factor)
-    return None
+            found.append(Column(usual[name], CUSTOMARY_UNIT.get(name, CUSTOMARY_UNIT.get(role))))
+        else:
+            found += [Column(usual[f"{name}_{u}"], factor) for u, factor in units.items() if f"{name}_{u}" in usual]
+    return found
 
 
 def _unit_of(role: str, name: str) -> float | None:
@@ -280,9 +155,11 @@ def _unit_of(role: str, name: str) -> float | None:
 
 
 def _position(roles: Mapping[str, Column], given: Iterable[str]) -> str | None:
-    """Geographic before Cartesian before polar, unless the user mapped one of them."""
+    """Geographic before Cartesian before polar, unless the user mapped one of them; last one column for a place."""
     complete = [kind for kind, needed in POSITIONS.items() if all(role in roles for role in needed)]
     wanted = {_role_and_unit(key)[0] for key in given}
+    if "place" in wanted or (not complete and "place" in roles):
+        return "geographic"
     return max(complete, key=lambda kind: len(wanted.intersection(POSITIONS[kind])), default=None)
 
 
@@ -291,11 +168,12 @@ def _missing(file: str, what: str, names: Sequence[str], roles: Iterable[str]) -
     example = "latitude=...,longitude=..." if what == "position" else f"{what}=..."
     need = "a pair latitude and longitude, x and y, or range and azimuth" if what == "position" else f"a {what} column"
     return (
-        f"{file}: {need} is needed, but none was recognised.\n  Found: {_listed(names)}\n"
+        f"{file}: {need} is needed, but none was recognised.\n  Found: {listed(names)}\n"
         f"  Looked for: {looked} "
         f"(also with a unit, such as altitude_ft)\n  Name them yourself: --columns {example}"
     )
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """Column names as a message lists them."""
     return ", ".join(names) if names else "no columns"

@@ -10,8 +10,8 @@ from __future__ import annotations
 import glob
 import io
 import zlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import polars as pl
@@ -19,8 +19,10 @@ import polars as pl
 from .errors import InputError
 from .formats import csv as csv_text
 from .formats import json as json_text
+from .formats.registry import FORMATS
 from .rejected import unreadable
 
+HEAD = 1 << 16  # bytes that tell the format
 Rows = tuple[pl.DataFrame, pl.DataFrame]
 
 UNREADABLE = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
@@ -37,12 +39,16 @@ FOREIGN = {
 
 @dataclass(frozen=True)
 class Table:
-    """One input file: its name, its columns, and how to read some of them."""
+    """One input file: its name, its columns, and how to read some of them; notes on its content, and the columns that
+    its format fixes (role with a unit: name).
+    """
 
     file: str
     format: str
     names: list[str]
     read: Callable[[Sequence[str]], Rows]
+    notes: tuple[str, ...] = ()
+    fixed: Mapping[str, str] = field(default_factory=dict)
 
 
 def expand(inputs: Sequence[str | Path]) -> list[Path]:
@@ -118,6 +124,12 @@ def _from_bytes(file: str, content: bytes) -> Table:
     start = content[:4096].lstrip()[:1]
     if not content.strip():
         raise InputError(f"{file} is empty")
+    head = content[:HEAD].lstrip()
+    for known in FORMATS:
+        if known.recognises(head):
+            records = known.read(file, content)
+            note = f"read as {known.title}"
+            return Table(file, known.title, records.names, records.read, (note, *records.notes), records.fixed)
     if start in (b"[", b"{"):
         text = json_text.JsonText(file, content)
         return Table(file, "json", text.names, text.read)
@@ -126,7 +138,7 @@ def _from_bytes(file: str, content: bytes) -> Table:
             f"{file} is a binary file of an unknown format; jink reads CSV, Parquet, Arrow/Feather, JSON and JSON Lines"
         )
     table = csv_text.CsvText(file, content)
-    return Table(file, "csv", table.names, table.read)
+    return Table(file, "csv", table.names, table.read, table.notes)
 
 
 def _columnar(file: str, source: Path | io.BytesIO, kind: str) -> Table:

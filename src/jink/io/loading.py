@@ -3,28 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import polars as pl
 
+from .clocks import Conventions
 from .columns import Columns, recognise
 from .errors import InputError
-from .files import expand, open_table
+from .files import Rows, Table, expand, open_table
+from .layouts import Layout, layout_of
+from .meaning import doubtful
 from .measurements import Measurements, measure
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How columns are to be read: role to name, units where names do not say, coordinates checked or not."""
+    """How columns are to be read: role to name, units where names do not say, coordinates checked or not, and the
+    conventions of times and axes.
+    """
 
     columns: Mapping[str, str] | None = None
     altitude_unit: str | None = None
     time_unit: str | None = None
     check_coordinates: bool = True
+    conventions: Conventions = field(default_factory=Conventions)
 
     def __post_init__(self) -> None:
-        from .columns import TIME
+        from .units import TIME
 
         if self.altitude_unit not in (None, "ft", "m"):
             raise InputError(f"altitude_unit is {self.altitude_unit!r}; expected 'ft' or 'm'")
@@ -50,8 +56,8 @@ def load_files(
     count = 0
     for number, path in enumerate(paths):
         table = open_table(path)
-        columns = recognise(table.file, table.names, how.columns)
-        frame, unreadable = table.read(_wanted(table.file, columns))
+        columns, conventions, notes = recognised(table.file, table.names, how, table.fixed)
+        frame, unreadable = _read(table, columns)
         total = frame.height + unreadable.height
         if total == 0:
             raise InputError(f"{table.file} has columns but no rows")
@@ -67,7 +73,9 @@ def load_files(
             time_unit=how.time_unit,
             default_target=path.name.split(".")[0] or "0",
             check_coordinates=how.check_coordinates,
+            conventions=conventions,
         )
+        part.notes[:0] = [*table.notes, *notes]
         part.rejected.append(unreadable.with_columns(file=pl.lit(table.file)))
         parts.append(part)
         count += total
@@ -78,19 +86,48 @@ def load_files(
 
 def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
     """Measurements of a polars DataFrame; `row` is the position in it."""
-    columns = recognise("the DataFrame", frame.columns, how.columns)
+    columns, conventions, notes = recognised("the DataFrame", frame.columns, how)
     if frame.height == 0:
         raise InputError("the DataFrame has columns but no rows")
-    wanted = frame.select(_wanted("the DataFrame", columns))
+    wanted = _wanted("the DataFrame", columns)
+    wanted += doubtful(frame.select(wanted), columns)
     measurements = measure(
         None,
-        wanted.with_row_index("row"),
+        frame.select(wanted).with_row_index("row"),
         columns,
         altitude_unit=how.altitude_unit,
         time_unit=how.time_unit,
         check_coordinates=how.check_coordinates,
+        conventions=conventions,
     )
+    measurements.notes[:0] = notes
     return Loaded(measurements, [], frame.height)
+
+
+def recognised(
+    file: str, names: Sequence[str], how: Reading, fixed: Mapping[str, str] | None = None
+) -> tuple[Columns, Conventions, list[str]]:
+    """The columns of a table by their names, the conventions that hold for it, and a note if its layout is known."""
+    layout, of_layout = layout_of(names)
+    columns = recognise(file, names, how.columns, fixed or of_layout)
+    if layout is None:
+        return columns, how.conventions, []
+    note = f"the columns are those of {layout.title}: {layout.words}"
+    return columns, _filled(how.conventions, layout), [note]
+
+
+def _filled(conventions: Conventions, layout: Layout) -> Conventions:
+    """What the user does not say is as the layout has it."""
+    own = {name: value for name, value in vars(layout.conventions).items() if getattr(conventions, name) is None}
+    return replace(conventions, **own)
+
+
+def _read(table: Table, columns: Columns) -> Rows:
+    """The columns that are needed, and, where their values raise doubt, others that may be meant."""
+    wanted = _wanted(table.file, columns)
+    frame, unreadable = table.read(wanted)
+    more = doubtful(frame, columns)
+    return table.read([*wanted, *more]) if more else (frame, unreadable)
 
 
 def _wanted(where: str, columns: Columns) -> list[str]:

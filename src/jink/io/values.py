@@ -5,6 +5,11 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+EMPTY = ["", "na", "n/a", "nan", "null", "none", "-", "ground"]
+THOUSANDS = r"^[+-]?\d{1,3}(?:,\d{3})+(?:\.\d+)?$"
+# a number and a unit in one field: 513.863 M
+WITH_UNIT = r"^([+-]?\d+(?:\.\d+)?) ?(?:m|M|ft|FT|km/h|KM/H|kt|kts|kn|deg|°|m/s)$"
+
 
 def numbers(series: pl.Series) -> tuple[np.ndarray, np.ndarray]:
     """Any column as floats (NaN: missing or unreadable) and which values were there but no numbers."""
@@ -14,13 +19,29 @@ def numbers(series: pl.Series) -> tuple[np.ndarray, np.ndarray]:
         series = series.cast(pl.String)
     if series.dtype == pl.String:
         text = series.str.strip_chars()
-        empty = text.is_null() | text.str.to_lowercase().is_in(["", "na", "n/a", "nan", "null", "none", "-", "ground"])
+        empty = text.is_null() | text.str.to_lowercase().is_in(EMPTY)
         value = text.cast(pl.Float64, strict=False)
         bad = ~empty & (value.is_null() | value.is_nan())
+        if bad.any():
+            value = _written_otherwise(text, value, bad)
+            bad = ~empty & (value.is_null() | value.is_nan())
         return value.fill_null(float("nan")).to_numpy(), bad.to_numpy()
     if series.dtype.is_numeric():
         return series.cast(pl.Float64).fill_null(float("nan")).to_numpy(), np.zeros(len(series), bool)
     return np.full(len(series), np.nan), series.is_not_null().to_numpy()
+
+
+def _written_otherwise(text: pl.Series, value: pl.Series, bad: pl.Series) -> pl.Series:
+    """Numbers with a decimal comma, with commas between thousands, or with a unit behind them."""
+    comma = bad & text.str.contains(r"^[+-]?\d+(?:,\d+)+(?:\.\d+)?$")
+    if comma.any():
+        thousands = text.filter(comma).str.contains(THOUSANDS).all()
+        plain = text.str.replace_all(",", "" if thousands else ".")
+        value = value.zip_with(~comma, plain.cast(pl.Float64, strict=False))
+    unit = bad & text.str.contains(WITH_UNIT)
+    if unit.any():
+        value = value.zip_with(~unit, text.str.extract(WITH_UNIT, 1).cast(pl.Float64, strict=False))
+    return value
 
 
 def texts(series: pl.Series) -> pl.Series:

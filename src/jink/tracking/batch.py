@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
+from ..io.clocks import Conventions
 from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.loading import Loaded, Reading, load_files, load_frame
@@ -51,6 +52,11 @@ def track(
     check_coordinates: bool = True,
     altitude_unit: str | None = None,
     time_unit: str | None = None,
+    day_first: bool | None = None,
+    time_format: str | None = None,
+    time_zone: str | None = None,
+    axes: str | None = None,
+    azimuth_from: str | None = None,
     threads: int | None = None,
     details: bool = False,
 ) -> Any:
@@ -64,8 +70,10 @@ def track(
     Missing is null: the course of a target at rest, the turn rate where speed is not two sds from zero.
 
     columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component
-    (`{"range": 50, "azimuth_deg": 0.1}`); None: from ADS-B accuracy columns or estimated. site: latitude,
-    longitude and altitude of a radar. gap: seconds without a position that begin a new part (0: never).
+    (`{"range": 50, "azimuth_deg": 0.1}`); None: from columns of accuracy or estimated. site: latitude, longitude and
+    altitude of a radar. day_first, time_format (strftime), time_zone: how text dates are read. axes: "enu" or "ned";
+    azimuth_from: "north" (clockwise) or "east" (counter-clockwise). gap: seconds without a position that begin a new
+    part (0: never).
     Raises InputError (a ValueError).
     """
     settings = Settings(
@@ -81,7 +89,8 @@ def track(
         drop_stale=drop_stale,
         threads=threads,
     )
-    reading = Reading(columns, altitude_unit, time_unit, check_coordinates)
+    conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from)
+    reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions)
     tracked, back = _from_data(data, reading, settings)
     if details:
         return Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)

@@ -14,13 +14,14 @@ import polars as pl
 
 from ..catalogue.targets import KINDS
 from ..estimate import Estimate
-from ..io.columns import Columns, recognise
+from ..io.columns import Columns
 from ..io.errors import InputError
 from ..io.formats.json import JsonText
 from ..io.geodesy import DevelopedFrame, onward
-from ..io.loading import Reading
+from ..io.loading import Reading, recognised
 from ..io.measurements import Measurements, measure
 from ..io.writing import plain_times
+from .live_order import Order, Waiting, in_the_future
 from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD
 from .output import OFF, ON, tracks_table
 from .placing import Placed, lay
@@ -29,6 +30,7 @@ from .prepare import Pace, Settings, choose
 STALE_SPEED = 5.0  # m/s: estimated speed above which a repeated position is an old one
 STEPS = 64  # times between two rows of a target that tell the usual one
 NAME = "standard input"
+BACKWARDS = "time runs backwards"
 Anchor = tuple[float, float, float, float, float]  # x, y, latitude, longitude, convergence
 
 
@@ -50,6 +52,8 @@ class Followed:
     speed: float = 0.0
     manoeuvring: bool | None = None
     segment: int = 0
+    order: Order = field(default_factory=Order)
+    parts: int = 1
 
 
 @dataclass
@@ -80,19 +84,53 @@ class LiveTracks:
         if measurements is None:
             return "", self._refuse(refused, first)
         refused += [row for frame in measurements.rejected for row in frame.iter_rows(named=True)]
-        kept: list[int] = []
+        used: list[pl.DataFrame] = []
         states: list[Any] = []
         rows = measurements.rows.with_columns(measured=_measured(measurements))
         third = next((n for n in ("altitude", "elevation", "z") if n in rows.columns), None)
+        rows = rows.with_columns(pl.col("row") + first)
         for index, row in enumerate(rows.iter_rows(named=True)):
-            reason = self._step(row, measurements.position, third, states)
-            if reason:
-                refused.append({"row": row["row"], "target": row["target"], "reason": reason})
-            else:
-                kept.append(index)
-        numbered = rows[kept].with_columns(pl.col("row") + first)
-        text = self._tables(numbered, states, measurements, third) if kept else ""
+            ready, reasons = self._in_order(Waiting(row, rows[index : index + 1]), measurements.absolute)
+            for waiting in ready:
+                reason = self._step(waiting.row, measurements.position, third, states)
+                reasons += [(waiting, reason)] if reason else []
+                used += [] if reason else [waiting.table]
+            refused += [_refused(waiting, reason, first) for waiting, reason in reasons]
+        text = self._tables(pl.concat(used, how="diagonal"), states, measurements, third) if used else ""
         return text, self._refuse(refused, first)
+
+    def finish(self) -> str:
+        """Rejected rows that waited for others when the stream ended."""
+        lost = [waiting for target in self.followed.values() for waiting in target.order.given_up()]
+        return self._refuse([_refused(waiting, BACKWARDS, 0) for waiting in lost], 0)
+
+    def _in_order(self, waiting: Waiting, absolute: bool) -> tuple[list[Waiting], list[tuple[Waiting, str]]]:
+        """The rows to be used now, in their order, and those that are not, with the reason."""
+        name, now = waiting.row["target"], waiting.row["time"]
+        target = self.followed.get(name)
+        if target is None or now > target.last or (now == target.last and not self.settings.drop_duplicates):
+            if target is not None and in_the_future(now, target.last, absolute):
+                return [], [(waiting, "time lies in the future")]
+            lost = target.order.given_up() if target else []
+            return [waiting], [(late, BACKWARDS) for late in lost]
+        if now == target.last:
+            return [], [(waiting, "time occurs twice")]
+        before, gap = target.order.before, self.pace.gap
+        if before is not None and target.rows == 1 and before.last < now <= before.positioned + gap:
+            self._say(f"target {name}: one time lay {target.last - before.last:.6g} s ahead and was taken as wrong")
+            before.parts = target.parts
+            self.followed[name] = before
+            return [waiting], []
+        ready, lost = target.order.late(waiting)
+        if ready:
+            self._say(
+                f"target {name}: time goes back by {target.last - now:.6g} s and on from there; a new part begins"
+            )
+        return ready, [(late, BACKWARDS) for late in lost]
+
+    def _say(self, note: str) -> None:
+        if note not in self.notes:
+            self.notes.append(note)
 
     def _read(self, lines: list[bytes]) -> tuple[Measurements | None, list[dict[str, Any]]]:
         """Lines to measurements; the columns are those seen in the stream so far."""
@@ -103,7 +141,7 @@ class LiveTracks:
                 {"row": i, "reason": "not a JSON object", "value": _shown(line)} for i, line in enumerate(lines)
             ]
         self.names += [name for name in text.names if name not in self.names]
-        columns = recognise(NAME, self.names, self.reading.columns)
+        columns, conventions, notes = recognised(NAME, self.names, self.reading)
         _known_units(columns)
         wanted = sorted({column.name for column in columns.roles.values()})
         frame, unreadable = text.read([name for name in wanted if name in text.names])
@@ -117,11 +155,13 @@ class LiveTracks:
                 altitude_unit=reading.altitude_unit,
                 time_unit=reading.time_unit,
                 check_coordinates=reading.check_coordinates,
+                conventions=conventions,
+                stream=True,
             )
         except InputError:  # no time in any of these lines
             refused = [{"row": row, "reason": "time is missing or unreadable"} for row in frame["row"]]
             return None, refused + list(unreadable.iter_rows(named=True))
-        self.notes += [note for note in found.notes if note not in self.notes]
+        self.notes += [note for note in notes + found.notes if note not in self.notes]
         return found, list(unreadable.iter_rows(named=True))
 
     def _refuse(self, refused: list[dict[str, Any]], first: int) -> str:
@@ -135,19 +175,19 @@ class LiveTracks:
     def _step(self, row: dict[str, Any], position: str, third: str | None, states: list[Any]) -> str | None:
         """Give one row to its target's filter and append its state, or return why it cannot be used."""
         now, target = row["time"], self.followed.get(row["target"])
-        if target is not None and (now < target.last or (now == target.last and self.settings.drop_duplicates)):
-            return "time occurs twice" if now == target.last else "time runs backwards"
         measured = row["measured"]
-        if target is not None:
+        if target is not None and not target.order.ended:
             self._tell_pace(now - target.last)
         gap = self.pace.gap
-        if target is None or (gap > 0 and now - target.positioned > gap):
+        if target is None or target.order.ended or (gap > 0 and now - target.positioned > gap):
             if not measured:
                 return "no position yet" if target is None else "no position for longer than the gap"
             axes = 3 if third and _finite(row[third]) and self._axes() != 2 else 2
             filter_ = self._filter(axes, position, third)
-            part = target.part + 1 if target else 0
+            part = target.parts if target else 0
+            order = Order(before=target if target and not target.order.ended else None)
             target = Followed(filter_, filter_.start(1), [], axes, part, began=now, last=now, positioned=now)
+            target.order, target.parts = order, part + 1
             self.followed[row["target"]] = target
         z = _measurement(row, position, third, target)
         if measured and self.settings.drop_stale and _stale(row, position, target):
@@ -226,6 +266,11 @@ def _measured(measurements: Measurements) -> pl.Series:
 
 def _finite(value: float | None) -> bool:
     return value is not None and math.isfinite(value)
+
+
+def _refused(waiting: Waiting, reason: str, first: int) -> dict[str, Any]:
+    row = waiting.row
+    return {"row": row["row"] - first, "target": row["target"], "reason": reason}
 
 
 def _shown(line: bytes) -> str:

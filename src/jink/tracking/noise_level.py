@@ -11,9 +11,9 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.targets import KINDS
-from ..io.columns import ANGLE, LENGTH, TIME
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
+from ..io.units import ANGLE, LENGTH, TIME
 from .cleaning import changes
 from .placing import Placed
 from .scatter import component_sd, plane_scatter, rough_velocity

@@ -24,6 +24,9 @@ def answer(source: int, tracks: LiveTracks, *, quiet: bool = False) -> None:
             if not quiet:
                 sys.stderr.write("".join(f"jink: {note}\n" for note in tracks.notes[said:]) + rejected)
             said = len(tracks.notes)
+        left = tracks.finish()
+        if not quiet:
+            sys.stderr.write(left)
     except BrokenPipeError:
         # the reader has had enough; the interpreter must not try to flush at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -9,29 +9,47 @@ from typing import Any
 
 import polars as pl
 
+from ..columns import normal
 from ..errors import InputError
 from ..rejected import unreadable
+from ..roles import POSITIONS, ROLES
+from .head import body, is_number
 
-SEPARATORS = ",;\t|"
 MISSING = ["", "NA", "N/A", "NaN", "nan", "NAN", "null", "NULL", "None", "none", "-", "--", "\\N"]
+
+# names of which a table may have but one
+NEEDED = {name for role in ("time", "target", *sum(POSITIONS.values(), ())) for name in ROLES[role][1]}
 
 
 class CsvText:
-    """A CSV file in memory; the separator (comma, semicolon, tab, bar) is taken from its first line."""
+    """A CSV file in memory; the separator (comma, semicolon, tab, bar, blanks) is taken from its header."""
 
     def __init__(self, file: str, content: bytes):
-        self.file, self.content = file, content.strip(b"\r\n")
+        found = body(content)
+        self.file, self.content, self.separator, self.notes = file, found.content, found.separator, found.notes
         first = self.content.split(b"\n", 1)[0].decode("utf-8", errors="replace").rstrip("\r")
-        self.separator = max(SEPARATORS, key=first.count)
         self.names = [name.strip() for name in next(csv.reader([first], delimiter=self.separator), [])]
-        if self.names and all(_is_number(name) for name in self.names):
+        if self.names and all(is_number(name) for name in self.names):
             raise InputError(
                 f"{file} has no header: its first line is {first[:80]!r}. The first line must name the columns, "
                 "for example target,time,latitude,longitude"
             )
-        double = sorted({name for name in self.names if name and self.names.count(name) > 1})
+        self.names = self._told_apart(self.names)
+
+    def _told_apart(self, names: list[str]) -> list[str]:
+        """Second columns of a name get a number, unless it names a time, a position or a target: which is meant?"""
+        double = sorted({name for name in names if name and names.count(name) > 1})
+        needed = [name for name in double if normal(name) in NEEDED]
+        if needed:
+            raise InputError(f"{self.file}: the header has the same column twice: {', '.join(needed)}")
         if double:
-            raise InputError(f"{file}: the header has the same column twice: {', '.join(double)}")
+            self.notes += (f"the header has the same column twice: {', '.join(double)}; the first of each is read",)
+        seen: dict[str, int] = {}
+        out = []
+        for name in names:
+            seen[name] = seen.get(name, 0) + 1
+            out.append(name if seen[name] == 1 or not name else f"{name} ({seen[name]})")
+        return out
 
     def read(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
         """The wanted columns of every row that has the right number of fields, and the rows that have not."""
@@ -93,11 +111,3 @@ class CsvText:
             schema={"row": pl.UInt32, **dict.fromkeys(wanted, pl.String)},
         )
         return frame, unreadable(*bad)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

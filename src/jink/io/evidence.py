@@ -1,0 +1,65 @@
+"""What the motion of the targets says about units: the speed that positions and times imply, and the reported one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+EARTH_RADIUS = 6_371_000.0
+ROWS = 20_000  # rows that are looked at
+FASTEST = 1500.0  # m/s: nothing that is tracked goes faster, rockets and satellites apart
+SLOWEST = 0.05  # m/s: what goes slower does not move
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Positions as they follow each other: target (N,) numbers, first and second (N,), their kind, reported (N,) speed
+    in its own unit, or none.
+    """
+
+    target: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    position: str
+    reported: np.ndarray | None = None
+
+    def steps(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Metres and elapsed time between consecutive different positions of each target, by time."""
+        known = np.isfinite(time) & np.isfinite(self.first) & np.isfinite(self.second)
+        index = np.flatnonzero(known)[:ROWS]
+        index = index[np.lexsort((time[index], self.target[index]))]
+        same = np.diff(self.target[index]) == 0
+        distance = distances(self.first[index], self.second[index], self.position)
+        with np.errstate(over="ignore"):
+            elapsed = np.diff(time[index])
+        moved = same & np.isfinite(distance) & (distance > 0) & (elapsed > 0)
+        return distance[moved], elapsed[moved]
+
+    def speed(self, time: np.ndarray) -> float:
+        """The median speed that the times imply; NaN where nothing moves."""
+        distance, elapsed = self.steps(time)
+        return float(np.median(distance / elapsed)) if distance.size > 2 else float("nan")
+
+    def reported_speed(self) -> float:
+        """The median of the reported speeds that are not 0; NaN if there are none."""
+        if self.reported is None:
+            return float("nan")
+        moving = self.reported[np.isfinite(self.reported) & (self.reported > 0)]
+        return float(np.median(moving)) if moving.size > 2 else float("nan")
+
+
+def distances(first: np.ndarray, second: np.ndarray, position: str) -> np.ndarray:
+    """Metres between consecutive positions, roughly; values beyond all measure give infinity."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _distances(first, second, position)
+
+
+def _distances(first: np.ndarray, second: np.ndarray, position: str) -> np.ndarray:
+    if position == "geographic":
+        north = np.radians(np.diff(first)) * EARTH_RADIUS
+        wrapped = (np.diff(second) + 180.0) % 360.0 - 180.0
+        return np.hypot(north, np.radians(wrapped) * EARTH_RADIUS * np.cos(np.radians(first[1:])))
+    if position == "polar":
+        return np.abs(np.diff(first * np.exp(1j * second)))
+    return np.hypot(np.diff(first), np.diff(second))

@@ -1,0 +1,88 @@
+"""Tables whose header tells who wrote them, and what their columns therefore hold.
+
+A layout is recognised by the names that it always has. It fixes columns (role with a unit: name) and conventions that
+the names alone do not tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from .clocks import Conventions
+from .columns import normal
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Who writes such tables, the names that it has (all of `names`, one of `some`), what it fixes, and why."""
+
+    title: str
+    names: frozenset[str]
+    fixed: Mapping[str, str]
+    words: str
+    some: frozenset[str] = frozenset()
+    conventions: Conventions = field(default_factory=Conventions)
+
+    def fits(self, known: Mapping[str, str]) -> bool:
+        """Whether a table with these names (normal: as written) is one."""
+        return self.names <= known.keys() and (not self.some or bool(self.some & known.keys()))
+
+
+LAYOUTS = (
+    Layout(
+        "Flightradar24 CSV",
+        frozenset({"timestamp", "utc", "callsign", "altitude", "speed", "direction"}),
+        {"time_s": "timestamp", "altitude_ft": "altitude", "speed_kt": "speed", "place": "position"},
+        "altitude in feet, speed in knots",
+    ),
+    Layout(
+        "Danish Maritime Authority AIS",
+        frozenset({"timestamp", "type_of_mobile", "mmsi", "latitude", "longitude"}),
+        {"target": "mmsi", "time": "timestamp"},
+        "times are day first, UTC",
+        conventions=Conventions(day_first=True),
+    ),
+    Layout(
+        "libais JSON",
+        frozenset({"mmsi", "x", "y", "repeat_indicator"}),
+        {"target": "mmsi", "longitude_deg": "x", "latitude_deg": "y"},
+        "x and y are longitude and latitude in degrees",
+    ),
+    Layout(
+        "PX4 vehicle_local_position",
+        frozenset({"timestamp", "x", "y", "z", "vx", "vy", "vz"}),
+        {"time_us": "timestamp"},
+        "time in microseconds since boot; x north, y east, z down",
+        some=frozenset({"heading", "xy_valid", "z_valid", "ref_lat", "dist_bottom", "xy_global"}),
+        conventions=Conventions(axes="ned"),
+    ),
+    Layout(
+        "PX4 vehicle_gps_position",
+        frozenset({"timestamp", "lat", "lon", "alt", "eph", "epv", "fix_type"}),
+        {"time_us": "timestamp", "latitude_e7": "lat", "longitude_e7": "lon", "altitude_mm": "alt"},
+        "time in microseconds since boot, latitude and longitude in 1e-7 degrees, altitude in millimetres",
+    ),
+    Layout(
+        "RadarScenes detections",
+        frozenset({"range_sc", "azimuth_sc"}),
+        {"range_m": "range_sc", "azimuth_rad": "azimuth_sc"},
+        "azimuth in radians, counter-clockwise from the x axis (forward)",
+        conventions=Conventions(azimuth="east"),
+    ),
+    Layout(
+        "Movebank CSV",
+        frozenset({"timestamp", "location_long", "location_lat", "individual_local_identifier"}),
+        {"target": "individual_local_identifier"},
+        "each animal is a target",
+    ),
+)
+
+
+def layout_of(names: Sequence[str]) -> tuple[Layout | None, dict[str, str]]:
+    """The layout of a table with these columns, and its fixed columns by the names as written."""
+    known = {normal(name): name for name in reversed(names)}
+    for layout in LAYOUTS:
+        if layout.fits(known):
+            return layout, {role: known[name] for role, name in layout.fixed.items() if name in known}
+    return None, {}

@@ -1,0 +1,225 @@
+"""The instant of each measurement: which column tells it, with which date, and how old the position was by then."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+
+from .clocks import EARLY, Times, read_times
+from .columns import listed, normal
+from .dates import OF_DAY, readings
+from .errors import InputError
+from .evidence import Motion
+from .sheet import WILD, Sheet
+from .values import numbers, texts
+
+GPS_EPOCH = 315_964_800.0  # s: 1980-01-06, where GPS weeks begin
+WEEK = 604_800.0
+# s since 1970 of each leap second since GPS began
+LEAPS = (
+    *(362_793_600, 394_329_600, 425_865_600, 489_024_000, 567_993_600, 631_152_000, 662_688_000, 709_948_800),
+    *(741_484_800, 773_020_800, 820_454_400, 867_715_200, 915_148_800, 1_136_073_600, 1_230_768_000),
+    *(1_341_100_800, 1_435_708_800, 1_483_228_800),
+)
+OF_WEEK = {"tow", "gps_tow", "itow", "time_of_week", "gms", "gps_seconds", "seconds_of_week"}
+SNAPSHOT = 600.0  # s: a position older than this when it was reported says that the two clocks are not the same
+
+
+def doubtful_time(series: pl.Series, codes: np.ndarray) -> bool:
+    """Whether a column holds the second of the minute: whole numbers to 63 that start over."""
+    value = numbers(series)[0]
+    known = np.isfinite(value)
+    if known.sum() < 4 or (value[known] < 0).any() or (value[known] > 63).any() or (value[known] % 1).any():
+        return False
+    order = np.flatnonzero(known)[np.argsort(codes[known], kind="stable")]
+    back = (np.diff(value[order]) < 0) & (np.diff(codes[order]) == 0)
+    repeated = np.unique(np.column_stack([codes[order], value[order]]), axis=0).shape[0] < order.size
+    return int(back.sum()) >= (1 if repeated else 2)
+
+
+def choose_time(sheet: Sheet) -> None:
+    """Another column where the usual one is the second of the minute."""
+    if "time" not in sheet.told and doubtful_time(sheet.series("time"), sheet.codes()):
+        _not_the_second(sheet)
+
+
+def _not_the_second(sheet: Sheet) -> None:
+    name = sheet.roles["time"].name
+    for other in sheet.others.get("time", ()):
+        series = sheet.frame[other.name]
+        if series.count() and not doubtful_time(series, sheet.codes()):
+            sheet.roles["time"] = other
+            sheet.notes.append(
+                f"column {name!r} is the second of the minute (0 to 63, starting over), so times are those of column "
+                f"{other.name!r}; --columns time=... names another"
+            )
+            return
+    value = sheet.numbers("time")
+    raise InputError(
+        f"{sheet.where}: column {name!r} holds whole numbers from {np.nanmin(value):.0f} to {np.nanmax(value):.0f} "
+        "that start over: it is the second of the minute, as in AIS messages, and there is no other column of times.\n"
+        f"  Found: {listed([c for c in sheet.frame.columns if c != 'row'])}\n  Name one: --columns time=..."
+    )
+
+
+def with_date(sheet: Sheet) -> None:
+    """Date and time of day in two columns become one text; a time that is complete leaves the date alone."""
+    clock = _clock_text(sheet.series("time"))
+    if clock is None:
+        sheet.drop("date")
+        return
+    date = _date_text(sheet)
+    if date is None:
+        sheet.drop("date")
+        return
+    names = f"{sheet.shown('date')} + {sheet.shown('time')}"
+    sheet.put("time", date + " " + clock, None, names)
+    sheet.drop("date")
+
+
+def _clock_text(series: pl.Series) -> pl.Series | None:
+    """Times of day as text (HH:MM:SS), also from HHMMSS.ss; None for anything else."""
+    if series.dtype == pl.Time:
+        return series.cast(pl.String)
+    text = texts(series).str.strip_chars()
+    if text.count() and text.str.contains(OF_DAY).sum() >= 0.5 * text.count():
+        return text
+    value = numbers(series)[0]
+    known = value[np.isfinite(value)]
+    compact = known.size and (known >= 0).all() and (known < 240_000).all() and (known > 60).any()
+    if not compact or (known % 100 >= 60).any() or (known // 100 % 100 >= 60).any():
+        return None
+    whole, _, fraction = (text.str.extract(r"^(\d+)", 1), None, text.str.extract(r"\.(\d+)$", 1))
+    whole = whole.str.zfill(6)
+    clock = whole.str.slice(0, 2) + ":" + whole.str.slice(2, 2) + ":" + whole.str.slice(4, 2)
+    return clock + "." + fraction.fill_null("0")
+
+
+def _date_text(sheet: Sheet) -> pl.Series | None:
+    """The date column as text that `dates.readings` knows; six digits as ddmmyy (GPS) unless that is no date."""
+    series = sheet.series("date")
+    if isinstance(series.dtype, pl.Datetime) or series.dtype == pl.Date:
+        return series.cast(pl.Date).cast(pl.String)
+    text = texts(series).str.strip_chars().str.replace(r"\.0$", "")
+    text = text.str.replace(r"[T ]00:00(:00(\.0+)?)?Z?$", "")
+    short = text.drop_nulls()
+    if len(short) and short.str.contains(r"^\d{5,6}$").all():
+        return _six_digits(sheet, text.str.zfill(6))
+    text = text.str.replace(r"^(\d{4})(\d{2})(\d{2})$", "${1}-${2}-${3}")
+    return text if readings(text) else None
+
+
+def _six_digits(sheet: Sheet, text: pl.Series) -> pl.Series:
+    """ddmmyy, mmddyy or yymmdd to ISO dates: the first by custom of GPS receivers, if only one is a date or as told."""
+    parts = [text.str.slice(start, 2) for start in (0, 2, 4)]
+    orders = {"ddmmyy": (2, 1, 0), "yymmdd": (0, 1, 2)}
+    if sheet.how.day_first is False:
+        orders = {"mmddyy": (2, 0, 1)}
+    good = {}
+    for words, (year, month, day) in orders.items():
+        iso = "20" + parts[year] + "-" + parts[month] + "-" + parts[day]
+        found = readings(iso)
+        if found and found[0].count == text.count():
+            good[words] = iso
+    if len(good) == 2 and sheet.how.day_first is None:
+        first, second = ((words, iso.drop_nulls()[0]) for words, iso in good.items())
+        now = np.datetime64("now").astype("datetime64[D]")
+        likely = {words: iso for words, iso in good.items() if np.datetime64(iso.drop_nulls()[0]) <= now + 1}
+        if len(likely) != 1:
+            raise InputError(
+                f"{sheet.where}: dates such as {text.drop_nulls()[0]!r} can be read {first[0]} ({first[1]}) or "
+                f"{second[0]} ({second[1]}); give --day-first for {first[0]}, or --columns time=... another column"
+            )
+        good = likely
+    if not good:
+        return text
+    words = next(iter(good))
+    sheet.notes.append(f"dates in column {sheet.shown('date')!r} are read as {words}")
+    return good[words]
+
+
+def read_moments(sheet: Sheet, time_unit: str | None, motion: Motion | None) -> Times:
+    """The seconds of every row's measurement: GPS weeks, the time of the position or its age are taken into account."""
+    column = sheet.roles["time"]
+    times = _of_week(sheet) or read_times(sheet.where, sheet.series("time"), column.unit, time_unit, sheet.how, motion)
+    sheet.notes += times.notes
+    if "position_time" in sheet:
+        times = _of_position(sheet, times, time_unit)
+    if "age" in sheet:
+        times = _less_age(sheet, times)
+    return times
+
+
+def _of_week(sheet: Sheet) -> Times | None:
+    """GPS week and seconds of the week to UTC."""
+    if "week" not in sheet:
+        return None
+    column = sheet.roles["time"]
+    week, second = sheet.numbers("week"), sheet.numbers("time") * (column.unit or 1.0)
+    known = second[np.isfinite(second)]
+    week_known = week[np.isfinite(week)]
+    named = any(normal(column.name) == name or normal(column.name).startswith(name + "_") for name in OF_WEEK)
+    fits = known.size and week_known.size and (week_known > 0).all() and (week_known < 5000).all()
+    if not fits or not (named or known.max() < WEEK):
+        sheet.drop("week")
+        return None
+    note = "times are GPS weeks and seconds, turned to UTC"
+    if column.unit is None and known.max() >= WEEK:
+        second = second * 1e-3
+    if np.nanmax(week) < 1024:
+        week, note = week + 2048, f"{note}; weeks below 1024 are counted from 2019-04-07"
+    gps = GPS_EPOCH + week * WEEK + second
+    leap = np.searchsorted(np.array(LEAPS, float) + np.arange(len(LEAPS)) + 1, gps, side="right")
+    sheet.drop("week")
+    return Times(gps - leap, True, [note])
+
+
+def _of_position(sheet: Sheet, times: Times, time_unit: str | None) -> Times:
+    """The column that says when the position was measured goes before the time of the row."""
+    column = sheet.roles["position_time"]
+    found = read_times(sheet.where, sheet.series("position_time"), column.unit, time_unit, sheet.how)
+    behind = np.abs(times.seconds - found.seconds)
+    known = np.isfinite(behind)
+    if known.mean() < 0.5 or found.absolute != times.absolute or np.median(behind[known]) > SNAPSHOT:
+        sheet.drop("position_time")
+        return times
+    rest = int((~np.isfinite(found.seconds) & np.isfinite(times.seconds)).sum())
+    note = f"the time of a position is that of column {column.name!r}, not of the row ({sheet.shown('time')!r})"
+    sheet.notes.append(note + (f"; {rest} rows without it keep the row's" if rest else ""))
+    seconds = np.where(np.isfinite(found.seconds), found.seconds, times.seconds)
+    return Times(seconds, times.absolute, [], times.of_day)
+
+
+def _less_age(sheet: Sheet, times: Times) -> Times:
+    """A snapshot's time less the age of the position in it."""
+    column = sheet.roles["age"]
+    age = sheet.numbers("age") * (column.unit or 1.0)
+    if not (np.isfinite(age) & (age >= 0)).any():
+        sheet.drop("age")
+        return times
+    sheet.notes.append(f"the time of a position is {sheet.shown('time')!r} less its age in column {column.name!r}")
+    # both are rounded, mostly to tenths: without this a position would have two times a rounding error apart
+    seconds = np.where(np.isfinite(age), np.round(times.seconds - age, 3), times.seconds)
+    return Times(seconds, times.absolute, [], times.of_day)
+
+
+def with_midnights(seconds: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, int]:
+    """Times of day go on after midnight: 86,400 s more for every step back of more than half a day."""
+    order = np.flatnonzero(np.isfinite(seconds))
+    order = order[np.argsort(codes[order], kind="stable")]
+    value = seconds[order]
+    new = np.r_[True, np.diff(codes[order]) != 0]
+    back = np.r_[False, np.diff(value) < -43_200.0] & ~new
+    forth = np.r_[False, np.diff(value) > 43_200.0] & ~new
+    days = np.cumsum(back.astype(int) - forth.astype(int))
+    days -= np.repeat(days[new], np.diff(np.r_[np.flatnonzero(new), days.size])) if days.size else 0
+    out = seconds.copy()
+    out[order] += 86_400.0 * days
+    return out, int(back.sum())
+
+
+def wants_motion(series: pl.Series) -> bool:
+    """Whether the size of the numbers leaves open what they count."""
+    value = numbers(series)[0]
+    known = np.abs(value[np.abs(value) < WILD])
+    return known.size >= 0.5 * series.count() and known.size > 0 and float(np.median(known)) < EARLY

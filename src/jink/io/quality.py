@@ -1,0 +1,154 @@
+"""What a source says of its own measurements: how accurate they are, whether they hold, whether the target is on the
+ground.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import polars as pl
+
+from .columns import normal
+from .sheet import Problem, Sheet
+from .values import numbers, texts
+
+# metres: 95 % horizontal bound (estimated position uncertainty) of NACp, containment radius of NIC,
+# 95 % vertical bound of GVA (RTCA DO-260B)
+NACP = {
+    11: 3.0,
+    10: 10.0,
+    9: 30.0,
+    8: 92.6,
+    7: 185.2,
+    6: 555.6,
+    5: 926.0,
+    4: 1852.0,
+    3: 3704.0,
+    2: 7408.0,
+    1: 18520.0,
+}
+NIC = {
+    11: 7.5,
+    10: 25.0,
+    9: 75.0,
+    8: 185.2,
+    7: 370.4,
+    6: 1111.2,
+    5: 1852.0,
+    4: 3704.0,
+    3: 7408.0,
+    2: 14816.0,
+    1: 37040.0,
+}
+GVA = {2: 45.0, 1: 150.0}
+RAYLEIGH_95 = math.sqrt(-2.0 * math.log(0.05))  # radius of the 95 % circle of a circular Gaussian of sd 1
+RAYLEIGH_NIC = math.sqrt(-2.0 * math.log(1e-5))  # NIC's radius is left once in 1e5 (the weakest integrity level, SIL 2)
+RAYLEIGH_68 = math.sqrt(-2.0 * math.log(1.0 - 0.68))  # phones and receivers state the radius of the 68 % circle
+GROUND = r"(?i)^\s*(ground|gnd|on ground)\s*$"
+GROUND_SD = 5.0  # m: heights come in steps of 25 feet, and the last in the air is from seconds before the ground
+NO = ["false", "0", "0.0", "f", "no", "n", "v", "invalid", "no fix", "nofix", "void"]
+YES = ["true", "1", "1.0", "t", "yes", "y"]
+
+
+def accuracies(sheet: Sheet) -> list[pl.Series]:
+    """Sds (m) of position and altitude that each row states: ADS-B's categories, NACp before NIC, or an accuracy in
+    metres; NaN where unknown.
+    """
+
+    def looked_up(role: str, table: dict[int, float], divisor: float) -> np.ndarray:
+        if role not in sheet:
+            return np.full(sheet.frame.height, np.nan)
+        category = sheet.numbers(role)
+        steps = np.full(16, np.nan)
+        steps[list(table)] = np.array(list(table.values())) / divisor
+        known = np.isfinite(category) & (category >= 0) & (category < 16)
+        return np.where(known, steps[np.where(known, category, 0).astype(int)], np.nan)
+
+    horizontal = looked_up("nacp", NACP, RAYLEIGH_95)
+    horizontal = np.where(np.isnan(horizontal), looked_up("nic", NIC, RAYLEIGH_NIC), horizontal)
+    vertical = looked_up("gva", GVA, 1.96)
+    horizontal = np.where(np.isnan(horizontal), _metres(sheet, "accuracy"), horizontal)
+    vertical = np.where(np.isnan(vertical), _metres(sheet, "vertical_accuracy"), vertical)
+    return [pl.Series("position_sd", horizontal), pl.Series("altitude_sd", vertical)]
+
+
+def _metres(sheet: Sheet, role: str) -> np.ndarray:
+    """The sd per axis of an accuracy column: the radius of a 68 % circle (in height ±1 sd), except where named sd."""
+    if role not in sheet:
+        return np.full(sheet.frame.height, np.nan)
+    column = sheet.roles[role]
+    value = sheet.numbers(role) * (column.unit or 1.0)
+    known = np.isfinite(value) & (value > 0.0)
+    circle = role == "accuracy" and not normal(column.name).endswith("sd")
+    if known.any():
+        words = "the radius of a circle that holds 68 %" if circle else "an sd"
+        sheet.notes.append(f"the noise of each row is that of column {sheet.shown(role)!r} (in metres, {words})")
+    else:
+        sheet.drop(role)
+    return np.where(known, value / (RAYLEIGH_68 if circle else 1.0), np.nan)
+
+
+def refused(sheet: Sheet) -> list[Problem]:
+    """Rows that the source itself marks as not valid, or as outliers."""
+    found: list[Problem] = []
+    for role, marks in (("valid", NO), ("outlier", YES)):
+        if role not in sheet:
+            continue
+        name = sheet.roles[role].name
+        bad = texts(sheet.series(role)).str.strip_chars().str.to_lowercase().is_in(marks).fill_null(False).to_numpy()
+        if role == "valid" and normal(name) in ("fix_type", "fixtype", "gps_fix_type"):
+            # 0 and 1 are no fix, 2 is one without height
+            bad |= sheet.numbers(role) < 2
+        if bad.any():
+            found.append((f"marked as not valid in column {name!r}", bad, sheet.series(role)))
+        else:
+            sheet.drop(role)
+    return found
+
+
+def grounded(sheet: Sheet) -> np.ndarray:
+    """Rows of targets on the ground, by the word "ground" for a height or by a mark of its own."""
+    ground = np.zeros(sheet.frame.height, bool)
+    if "altitude" in sheet and sheet.series("altitude").dtype == pl.String:
+        ground |= sheet.series("altitude").str.contains(GROUND).fill_null(False).to_numpy()
+    if "on_ground" in sheet:
+        marks = texts(sheet.series("on_ground")).str.strip_chars().str.to_lowercase()
+        # in a column of heights, 1 is a height
+        yes = [] if normal(sheet.roles["on_ground"].name) == "alt_baro" else YES
+        ground |= (marks.is_in(yes) | marks.str.contains(GROUND)).fill_null(False).to_numpy()
+    return ground
+
+
+def on_the_ground(
+    altitude: np.ndarray, ground: np.ndarray, codes: np.ndarray, seconds: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Heights with those on the ground filled in, and which were: the last one in the air, or else the next one.
+
+    The height of the ground is not reported, but it is near to where the target touched it.
+    """
+    missing = ground & np.isnan(altitude)
+    if not missing.any():
+        return altitude, missing
+    table = pl.DataFrame({"code": codes, "time": seconds, "height": altitude}).with_row_index("place")
+    table = table.with_columns(pl.col("height").fill_nan(None)).sort("code", "time", maintain_order=True)
+    table = table.with_columns(pl.col("height").forward_fill().over("code"))
+    table = table.with_columns(pl.col("height").backward_fill().over("code")).sort("place")
+    filled = table["height"].fill_null(float("nan")).to_numpy()
+    known = missing & np.isfinite(filled)
+    return np.where(known, filled, altitude), known
+
+
+def placeholders(latitude: np.ndarray, longitude: np.ndarray) -> np.ndarray:
+    """AIS says 91 and 181 degrees where a position is not available."""
+    return (np.abs(latitude - 91.0) < 1e-9) | (np.abs(longitude - 181.0) < 1e-9)
+
+
+def speeds(sheet: Sheet) -> np.ndarray:
+    """Reported speeds (m/s); NaN where missing, also AIS's 102.3 knots for "not available"."""
+    if "speed" not in sheet:
+        return np.full(sheet.frame.height, np.nan)
+    value = numbers(sheet.series("speed"))[0]
+    if normal(sheet.roles["speed"].name) == "sog":
+        value = np.where(np.abs(value - 102.3) < 1e-6, np.nan, value)
+    return value * (sheet.roles["speed"].unit or 1.0)

@@ -1,0 +1,160 @@
+"""Names of columns in the ADS-B, AIS, radar and GPS world, and what they are taken for.
+
+`ROLES` holds what is measured, `MARKS` what is said about it (which half of the globe, how old, how accurate,
+whether it is to be believed). The preferred name of a role comes first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from .units import ANGLE, DEGREE, FOOT, KNOT, LENGTH, SPEED, TIME
+
+Named = dict[str, tuple[Mapping[str, float], tuple[str, ...]]]
+
+ROLES: Named = {
+    "target": (
+        {},
+        (
+            *("target", "target_id", "track_id", "tracknumber", "track_number", "trajectory_id", "flight_id"),
+            *("icao24", "icao", "hex", "hexident", "hex_ident", "mmsi", "callsign", "ident", "flight", "vessel_id"),
+            *("vehicle_id", "aircraft_id", "object_id", "device_id", "trip_id", "tail", "registration", "imo"),
+            *("individual_local_identifier", "tag_local_identifier", "individual_id", "animal_id", "tag_id"),
+            *("user_id", "person_id", "agent_id", "pedestrian_id", "taxi_id", "ship_id", "imei", "id", "name"),
+        ),
+    ),
+    "time": (
+        TIME,
+        (
+            *("time", "timestamp", "t", "datetime", "date_time", "basedatetime", "base_date_time", "time_position"),
+            *("timeposition", "epoch", "unixtime", "unix_time", "utc", "ts", "time_utc", "timestamp_utc", "gps_time"),
+            *("received_at", "rxtime", "rx_time", "tagblock_timestamp", "time_stamp", "utc_time", "time_gps"),
+            *("time_local", "local_time", "event_time", "date_time_utc", "datetime_utc", "utc_datetime", "time_usec"),
+            *("time_utc_usec", "timeus", "date", "last_update", "lastposupdate", "now", "posix_time", "unix_epoch"),
+            *(
+                "gms",
+                "tow",
+                "gps_tow",
+                "itow",
+                "time_of_week",
+                "gps_seconds",
+                "seconds_of_week",
+                "study_local_timestamp",
+            ),
+            *("recorded_at", "created_at", "fix_time", "gpstime", "when", "zeit", "heure", "hora"),
+        ),
+    ),
+    "latitude": (ANGLE, ("latitude", "lat", "position_latitude", "location_lat", "gps_lat", "gps_latitude")),
+    "longitude": (
+        ANGLE,
+        (
+            *("longitude", "lon", "lng", "long", "position_longitude", "location_long"),
+            *("gps_lon", "gps_long", "gps_longitude", "location_lng", "location_lon"),
+        ),
+    ),
+    "altitude": (
+        LENGTH,
+        (
+            *("altitude", "geoaltitude", "geo_altitude", "geom_altitude", "alt_geom", "baroaltitude"),
+            *("baro_altitude", "alt_baro", "alt", "flight_level", "height", "elevation_above_sea", "ele"),
+            *("height_above_msl", "altitude_msl", "alt_msl", "height_above_mean_sea_level", "height_msl", "amsl"),
+            *("height_above_ellipsoid", "altitude_ellipsoid", "alt_ellipsoid", "gps_altitude", "gps_alt", "altg"),
+            *("galt", "elevation", "elev"),
+        ),
+    ),
+    "x": (LENGTH, ("x", "px", "pos_x", "position_x", "easting", "east", "measured_x", "utm_easting", "utm_x")),
+    "y": (LENGTH, ("y", "py", "pos_y", "position_y", "northing", "north", "measured_y", "utm_northing", "utm_y")),
+    "z": (LENGTH, ("z", "pz", "pos_z", "position_z", "up", "measured_z", "altitude", "alt", "height", "down")),
+    "range": (LENGTH, ("range", "slant_range", "rho", "distance", "r")),
+    "azimuth": (ANGLE, ("azimuth", "az", "theta", "bearing")),
+    "elevation": (ANGLE, ("elevation", "el", "elev", "elevation_angle")),
+    "speed": (SPEED, ("speed", "groundspeed", "ground_speed", "gs", "sog", "speed_over_ground", "velocity")),
+    "nacp": ({}, ("nacp", "nac_p", "nac")),
+    "nic": ({}, ("nic",)),
+    "gva": ({}, ("gva",)),
+    "source": ({}, ("source", "sensor", "sensor_id", "radar", "radar_id", "station", "sac_sic")),
+    # what is said about a measurement
+    "place": (
+        {},
+        (
+            *("place", "position", "gps", "location", "coordinates", "coordinate", "coords", "latlon", "lat_lon"),
+            *("latlng", "lat_lng", "lat_long", "latlong", "lonlat", "lon_lat", "lnglat", "gps_position"),
+            *("gps_coordinates", "point", "geom", "geometry", "wkt"),
+        ),
+    ),
+    "date": ({}, ("date", "utc_date", "date_utc", "gps_date", "local_date", "day", "datum", "fecha")),
+    "week": ({}, ("gps_week", "gpsweek", "gwk", "week", "gps_week_number", "week_number", "wn")),
+    "north_south": (
+        {},
+        (
+            *("n_s", "ns", "north_south", "lat_ns", "latitude_ns", "latitude_n_s", "lat_n_s", "lat_ref"),
+            *("latitude_ref", "lat_dir", "lat_direction", "latitude_direction", "lat_hemisphere", "lat_hemi"),
+            *("latitude_hemisphere", "ns_indicator", "n_s_indicator", "gps_latitude_ref", "lath", "latitude_dir"),
+        ),
+    ),
+    "east_west": (
+        {},
+        (
+            *("e_w", "ew", "east_west", "lon_ew", "longitude_ew", "longitude_e_w", "lon_e_w", "lon_ref"),
+            *("longitude_ref", "lon_dir", "lon_direction", "longitude_direction", "lon_hemisphere", "lon_hemi"),
+            *("longitude_hemisphere", "ew_indicator", "e_w_indicator", "gps_longitude_ref", "lonh", "longitude_dir"),
+        ),
+    ),
+    "position_time": (TIME, ("position_time", "lastposupdate", "last_pos_update", "time_position", "timeposition")),
+    "age": (TIME, ("seen_pos", "position_age", "age_of_position", "pos_age")),
+    "accuracy": (
+        LENGTH,
+        (
+            *("accuracy", "horizontal_accuracy", "accuracy_horizontal", "h_accuracy", "hacc", "h_acc", "eph"),
+            *("accuracy_h", "location_accuracy", "gps_accuracy", "position_sd", "est_horizontal_error"),
+        ),
+    ),
+    "vertical_accuracy": (
+        LENGTH,
+        (
+            *("vertical_accuracy", "accuracy_vertical", "v_accuracy", "vacc", "v_acc", "epv", "accuracy_v"),
+            *("altitude_accuracy", "altitude_sd", "est_vertical_error"),
+        ),
+    ),
+    "on_ground": ({}, ("on_ground", "onground", "is_on_ground", "isonground", "alt_baro")),
+    "valid": (
+        {},
+        (
+            *("valid", "visible", "is_valid", "position_valid", "pos_valid", "fix_valid", "gps_valid", "xy_valid"),
+            *("fix_type", "fixtype", "gps_fix", "gps_fix_type", "fix_quality"),
+        ),
+    ),
+    "outlier": (
+        {},
+        (
+            *("outlier", "is_outlier", "manually_marked_outlier", "algorithm_marked_outlier"),
+            "import_marked_outlier",
+        ),
+    ),
+}
+MARKS = {
+    *("place", "date", "week", "north_south", "east_west", "position_time", "age"),
+    *("accuracy", "vertical_accuracy", "on_ground", "valid", "outlier"),
+}
+
+CUSTOMARY_UNIT = {
+    "alt_baro": FOOT,
+    "alt_geom": FOOT,
+    "flight_level": 100 * FOOT,
+    "latitude": DEGREE,
+    "longitude": DEGREE,
+    "gs": KNOT,
+    "sog": KNOT,
+    "groundspeed": KNOT,
+    "speed_over_ground": KNOT,
+    "geoaltitude": 1.0,
+    "geo_altitude": 1.0,
+    "geom_altitude": 1.0,
+    "baroaltitude": 1.0,
+    "baro_altitude": 1.0,
+    "timeus": 1e-6,
+    "gms": 1e-3,
+    "itow": 1e-3,
+    "down": -1.0,
+}
+POSITIONS = {"geographic": ("latitude", "longitude"), "cartesian": ("x", "y"), "polar": ("range", "azimuth")}
