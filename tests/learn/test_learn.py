@@ -219,6 +219,11 @@ BAD = {
     "too few": (["nn-kf", "lee-2003", "--runs", "1"], "at least 4"),
     "weight": (["fuzzy-imm", "lee-2003", "--weight", "2"], "--weight"),
     "acceleration": (["fuzzy-imm", "lee-2003", "--acceleration", "-1"], "--acceleration"),
+    "no noise": (["fuzzy-imm", "lee-2003", "--process-sd", "0"], "--process-sd"),
+    "noise of one mode": (["fuzzy-kalman", "lee-2003", "--process-sd", "1"], "--process-sd"),
+    "noise of all modes": (["fuzzy-imm", "lee-2003", "--process-sd", "1", "--optimizer", "together"], "--process-sd"),
+    "inputs of a network": (["nn-kf", "lee-2003", "--own-inputs"], "--own-inputs"),
+    "inputs of all modes": (["fuzzy-imm", "lee-2003", "--own-inputs", "--optimizer", "together"], "--own-inputs"),
     "no runs": (["fuzzy-imm", "lee-2003", "--runs", "0"], "--runs"),
 }
 

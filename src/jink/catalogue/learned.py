@@ -22,16 +22,20 @@ LEE_SD, LEE_ACCELERATION = 500.0, 100.0  # m, m/s²: sensor and largest input of
 
 
 def fuzzy_imm_(purpose: Purpose) -> Named:
-    """The published rules of lee-2003, scaled to the sensor's sd and the kind's acceleration."""
-    rules = [_scaled(table, purpose) for table in PUBLISHED["lee-2003"]]
+    """The published rules of lee-2003, scaled to the sensor's sd and to what the targets pull; as printed where both
+    are the paper's.
+    """
+    rules = [_scaled(table, *_scales(purpose, purpose.largest)) for table in PUBLISHED["lee-2003"]]
     filter = fuzzy_imm(purpose.seen, rules, purpose.staying(0.97, len(rules)), outliers=purpose.outliers)
-    return Named(filter=filter, words="IMM of three modes with the fuzzy noise of Lee, Joo & Park 2003, scaled")
+    how = "as published" if _scales(purpose, purpose.largest) == (1.0, 1.0) else "scaled"
+    return Named(filter=filter, words=f"IMM of three modes with the fuzzy noise of Lee, Joo & Park 2003, {how}")
 
 
 def fuzzy_kalman(purpose: Purpose) -> Named:
-    """One mode with fuzzy noise, trained on random accelerations and scaled likewise."""
+    """One mode with fuzzy noise, trained on random accelerations; elsewhere scaled to sensor and kind of target."""
     motion = shipped("fuzzy-kalman").motions[0]
-    rules = _scaled(motion.rules, purpose)
+    trained_here = purpose.name.startswith("random-accelerations")
+    rules = _scaled(motion.rules, *_scales(purpose, purpose.largest if trained_here else purpose.acceleration))
     filter = Kalman(FuzzyNoise(motion.motion, rules), purpose.seen, outliers=purpose.outliers)
     return Named(
         filter=filter,
@@ -40,12 +44,15 @@ def fuzzy_kalman(purpose: Purpose) -> Named:
     )
 
 
-def _scaled(rules: FuzzyRules, purpose: Purpose) -> FuzzyRules:
-    """Residuals in proportion to the sensor's sd, noise to the kind's acceleration."""
-    length = _sd(purpose) / LEE_SD
-    force = (purpose.acceleration / LEE_ACCELERATION) ** 2
+def _scaled(rules: FuzzyRules, length: float, force: float) -> FuzzyRules:
+    """Residuals times one factor, variances times the other."""
     c, s, w = (np.asarray(a) for a in (rules.centres, rules.spreads, rules.variances))
     return FuzzyRules((c * length).tolist(), (s * length).tolist(), (w * force).tolist(), rules.trained)
+
+
+def _scales(purpose: Purpose, acceleration: float) -> tuple[float, float]:
+    """Factors of lengths and of variances; one each for the sensor and the targets of lee-2003."""
+    return _sd(purpose) / LEE_SD, (acceleration / LEE_ACCELERATION) ** 2
 
 
 def _sd(purpose: Purpose) -> float:

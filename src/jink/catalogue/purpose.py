@@ -24,7 +24,8 @@ class Purpose:
     name of the scenario or file; sd (m) of a measured position and interval (s) between scans, the scale of a
     search; loss(filter) on data that are not scored, None where there are none; fitted, these data in words.
     per_axis: filters that can run along each axis by themselves. outliers as the filter should expect them.
-    gap (s): tracks are cut at longer ones, so no filter has to give one up; recorded: real data.
+    gap (s): tracks are cut at longer ones, so no filter has to give one up; recorded: real data. assumed (m/s²): the
+    largest acceleration by the source of a scenario.
     """
 
     sensor: Any
@@ -38,6 +39,7 @@ class Purpose:
     outliers: Outliers | None = None
     gap: float | None = None
     recorded: bool = False
+    assumed: float | None = None
 
     @property
     def axes(self) -> int:
@@ -48,6 +50,11 @@ class Purpose:
     def acceleration(self) -> float:
         """What this kind of target pulls when it manoeuvres, m/s²."""
         return KINDS[self.kind].acceleration
+
+    @property
+    def largest(self) -> float:
+        """What the data's source assumes that targets pull at most, m/s²; else what this kind pulls."""
+        return self.acceleration if self.assumed is None else self.assumed
 
     @property
     def scans_to_show(self) -> int:

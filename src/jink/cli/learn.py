@@ -125,6 +125,23 @@ class LearnRequest:
         str | None,
         typer.Option(metavar="M/S²,…", help="Accelerations of the modes. Default: 1, 10 and 100 % of the kind's."),
     ] = None
+    process_sd: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M/S²",
+            rich_help_panel=SEARCH,
+            help="Process noise of targets that do not manoeuvre, for fuzzy-imm. Default: 1 % of --acceleration.",
+        ),
+    ] = None
+    own_inputs: Annotated[
+        bool,
+        typer.Option(
+            "--own-inputs",
+            rich_help_panel=SEARCH,
+            help="Learn each mode of fuzzy-imm on a target of its own acceleration, as published, instead of the data.",
+            **FLAG,
+        ),
+    ] = False
     base: Annotated[
         str | None,
         typer.Option(
@@ -222,7 +239,7 @@ def _run(request: LearnRequest) -> int:
 
 def _recipe(request: LearnRequest) -> dict[str, Any]:
     """What was asked of the recipe, checked as far as that needs no data."""
-    from ..learn.recipes import OPTIMISERS
+    from ..learn.rule_recipes import OPTIMISERS
 
     _check_options_go_with_the_name(request)
     check_at_least(
@@ -241,18 +258,27 @@ def _recipe(request: LearnRequest) -> dict[str, Any]:
         raise InputError(f"--optimizer is {request.optimiser!r}; expected one of {', '.join(OPTIMISERS)}")
     if request.acceleration is not None and not request.acceleration > 0:
         raise InputError(f"--acceleration is {request.acceleration:g}; expected more than 0 m/s²")
+    if request.process_sd is not None and not 0 < request.process_sd < float("inf"):
+        raise InputError(f"--process-sd is {request.process_sd:g}; expected more than 0 m/s²")
+    for option, value in (("--process-sd", request.process_sd), ("--own-inputs", request.own_inputs or None)):
+        if value is not None and request.optimiser == "together":
+            raise InputError(
+                f"{option} is about modes that are learned one by one; --optimizer together does not have it"
+            )
     if request.weight is not None and not 0 <= request.weight <= 1:
         raise InputError(f"--weight is {request.weight:g}; expected 0 to 1")
-    same = ("acceleration", "optimiser", "generations", "population", "rules", "weight", "epochs")
+    same = ("acceleration", "process_sd", "optimiser", "generations", "population", "rules", "weight", "epochs")
     given = {name: getattr(request, name) for name in same}
     given |= {"inputs": _numbers(request.inputs), "labels": request.labels or None}
+    given |= {"own_inputs": request.own_inputs or None}
     return {name: value for name, value in given.items() if value is not None}
 
 
 def _check_options_go_with_the_name(request: LearnRequest) -> None:
     """Errors: InputError for an option that the filter to be learned does not have, and for an unknown filter."""
     from ..checks import unknown
-    from ..learn.recipes import RECIPES, SEARCHED
+    from ..learn.recipes import RECIPES
+    from ..learn.rule_recipes import SEARCHED
 
     if request.name not in RECIPES:
         raise InputError(unknown("learned filter", request.name, RECIPES))
@@ -262,6 +288,8 @@ def _check_options_go_with_the_name(request: LearnRequest) -> None:
         ("--population", request.population, SEARCHED),
         ("--rules", request.rules, SEARCHED),
         ("--weight", request.weight, SEARCHED),
+        ("--process-sd", request.process_sd, ("fuzzy-imm",)),
+        ("--own-inputs", request.own_inputs or None, ("fuzzy-imm",)),
         ("--checkpoint", request.checkpoint, SEARCHED),
         ("--resume", request.resume or None, SEARCHED),
         ("--epochs", request.epochs, tuple(name for name in RECIPES if name not in SEARCHED)),
@@ -288,7 +316,7 @@ def _numbers(text: str | None) -> tuple[float, ...] | None:
 
 def _kept(request: LearnRequest) -> str | None:
     """Where a search for rules keeps its state, one file for each mode."""
-    from ..learn.recipes import SEARCHED
+    from ..learn.rule_recipes import SEARCHED
 
     if request.name not in SEARCHED:
         return None

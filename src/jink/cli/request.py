@@ -30,7 +30,7 @@ REGISTRIES = {
     "kinds": "jink.catalogue.targets:KINDS",
     "learned": "jink.learn.recipes:RECIPES",
     "objectives": "jink.fit:OBJECTIVES",
-    "optimisers": "jink.learn.recipes:OPTIMISERS",
+    "optimisers": "jink.learn.rule_recipes:OPTIMISERS",
     "papers": "jink.papers:PAPERS",
     "radars": "jink.scenarios:RADARS",
     "scenarios": "jink.scenarios:SCENARIOS",

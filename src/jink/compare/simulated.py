@@ -129,6 +129,7 @@ def prepare(source: Source, first: int) -> Field:
         per_axis=scenario.name in PER_AXIS,
         outliers=Outliers(share=observation.outlier_share) if observation.outlier_share else None,
         recorded=scenario.name not in SCENARIOS,
+        assumed=scenario.acceleration,
     )
     try:
         told, why = bounds.told(training), ""

@@ -121,8 +121,9 @@ class ActiveDigraph(_Digraph):
     """Variable-structure IMM by active digraph: alive are the ``alive`` likeliest modes of the next scan.
 
     A(k+1) = the modes of the largest cⱼ = Σ_{i ∈ A(k)} Πᵢⱼ μᵢ(k), over the whole graph; then as
-    :class:`DigraphSwitching`, with the same arguments. Source: Li, Zwi & Zhang, IEEE Trans. AES-35(1), 1999; Li, IEEE
-    Trans. AC-45(11), 2000 ("likely-model set").
+    :class:`DigraphSwitching`, with the same arguments. Source: Li, Hybrid estimation techniques, Control and Dynamic
+    Systems 76, 1996 ("active digraph"). It is neither the model-group switching of Li, Zwi & Zhang 1999, whose groups
+    are fixed, nor the likely-model set of Li & Zhang 2000, which drops modes below thresholds.
     """
 
     arguments = ("transition", "alive", "graph", "first_mode", *COMMON)

@@ -109,9 +109,17 @@ def noise_interval(acceleration: float, process_sd: float) -> tuple[float, float
 
 
 def training_runs(
-    acceleration: float, *, runs: int = 10, scans: int = 60, sd: float = 500.0, process_sd: float = 1.0, seed: int = 0
+    acceleration: float,
+    *,
+    runs: int = 10,
+    scans: int = 60,
+    sd: float = 500.0,
+    process_sd: float = 1.0,
+    interval: float = 1.0,
+    seed: int = 0,
 ) -> Runs:
-    """A target that accelerates by ± acceleration (m/s²) in the middle third of its scans, 1 s apart, along one axis.
+    """A target that accelerates by ± acceleration (m/s²) in the middle third of its scans, interval s apart, along one
+    axis.
 
     The paper does not say what it trained on: this is the plainest target with the sub-model's input and the paper's
     noises.
@@ -124,7 +132,7 @@ def training_runs(
         command[:, scans // 3 : 2 * scans // 3, 0] = acceleration * sign[:, None]
         noise = process_sd * draws.normal(scans, 1)
         return Legs(
-            np.arange(scans, dtype=np.float64)[None, :],
+            interval * np.arange(scans, dtype=np.float64)[None, :],
             np.zeros((1, 1)),
             np.full((1, 1), 15.0),
             command,
@@ -137,7 +145,7 @@ def training_runs(
             summary=f"± {acceleration:g} m/s² in the middle third",
             truth=truth,
             observation=Observation(sensor=Position(sd=sd, axes=1)),
-            schedule=Schedule(start=1.0, interval=1.0, count=scans),
+            schedule=Schedule(start=interval, interval=interval, count=scans),
             axes=1,
         ),
         runs,

@@ -22,9 +22,12 @@ from ..io.errors import InputError
 from ..io.files import open_table
 from ..scenarios import Scenario
 from .data import Runs, from_tracks
-from .recipes import RECIPES, How, missing_truth
+from .how import How
+from .recipes import RECIPES, missing_truth
+from .rule_recipes import constant_modes
 
-LEARNED, BASE, NAMED = "learned", "unaided", "as shipped"
+LEARNED, BASE, NAMED, CONSTANTS = "learned", "unaided", "as shipped", "constants"
+OWN_INPUTS = "simulated targets, one input for each mode"
 METRICS = ("position_rmse", "velocity_rmse")
 FEWEST = 4  # tracks: at least one of them validates
 VALIDATION = 0.25
@@ -99,7 +102,7 @@ def learn(
     truth.
 
     truth, columns as for ``jink.fit.fit``; kind of a file's targets; base: the filter to be aided, a name of
-    ``FILTERS``, a file or a filter; how: what :class:`jink.learn.recipes.How` takes. Of the data learned on, a quarter
+    ``FILTERS``, a file or a filter; how: what :class:`jink.learn.how.How` takes. Of the data learned on, a quarter
     validates. Errors: InputError (a ValueError).
     """
     if name not in RECIPES:
@@ -116,7 +119,7 @@ def learn(
         truth=truth,
     )
     if kind is not None:
-        training = replace(training, purpose=replace(training.purpose, kind=kind))
+        training = replace(training, purpose=replace(training.purpose, kind=kind, assumed=None))
     known = _runs(training)
     if missing := missing_truth(name, known):
         raise InputError(
@@ -124,20 +127,22 @@ def learn(
             f"{NEEDED[missing]})"
         )
     started = None if base is None else starting_filter(base, training, seed)[1]
-    asked = How(**{"acceleration": training.purpose.acceleration, **how}, seed=seed, base=started)
+    asked = How(**{"acceleration": training.purpose.largest, **how}, seed=seed, base=started)
     learning, validation = _split(known, seed)
     began = clock.perf_counter()
     try:
         filter = RECIPES[name](learning, validation, asked)
+        constant = constant_modes(name, learning, asked)
     except (ValueError, TypeError) as error:
         raise InputError(f"{name}: {error}") from None
     seconds = clock.perf_counter() - began
-    race = _checked(training, name, filter)
+    words = OWN_INPUTS if asked.own_inputs else f"{training.words}, a quarter of them to validate"
+    race = _checked(training, name, filter, constant, "" if asked.own_inputs else training.words)
     learned = Learned(
         filter=filter,
         name=name,
         race=race,
-        training=f"{training.words}, a quarter of them to validate",
+        training=words,
         seconds=seconds,
         record={
             "scenario": training.name,
@@ -145,6 +150,7 @@ def learn(
             "runs": training.runs,
             "apart": training.apart,
             "noise": "the sensor's",
+            **({"learned_on": OWN_INPUTS} if asked.own_inputs else {}),
         },
     )
     learned.warnings = _warnings(learned, known)
@@ -191,11 +197,14 @@ def _split(runs: Runs, seed: int) -> tuple[Runs, Runs]:
     return runs.take(np.sort(order[some:])), runs.take(np.sort(order[:some]))
 
 
-def _checked(training: Training, name: str, filter: Any) -> Race:
-    entrants = [Entrant(name=LEARNED, words=f"{name}, learned", filter=filter, fitted=training.words)]
+def _checked(training: Training, name: str, filter: Any, constant: Any, fitted: str) -> Race:
+    entrants = [Entrant(name=LEARNED, words=f"{name}, learned", filter=filter, fitted=fitted)]
     inner = getattr(filter, "filter_", None)
     if inner is not None:
         entrants.append(Entrant(name=BASE, words="the same filter without its aid", filter=inner))
+    if constant is not None:
+        words = "the same modes with one constant noise each, found on the same runs within the same bounds"
+        entrants.append(Entrant(name=CONSTANTS, words=words, filter=constant, fitted=fitted))
     try:
         shipped = FILTERS[name](training.purpose)
         entrants.append(Entrant(name=NAMED, words=shipped.words, filter=shipped.filter))

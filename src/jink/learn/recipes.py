@@ -2,95 +2,31 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..checks import Array
 from ..filters.aided import Aided
-from ..filters.fuzzy_imm import FuzzyNoise, fuzzy_imm
-from ..filters.imm import IMM
 from ..filters.kalman import Kalman
 from ..filters.neural_vsmm import NetworkNoise, NeuralModes
 from ..models.corrector import CORRECTS
-from ..models.fuzzy import FuzzyRules
 from ..models.motion import ConstantVelocity
 from ..models.provenance import VERSION, Trained
 from ..models.sensor import Position
-from . import evolution
 from .data import Runs
+from .how import RANGE, How
+from .rule_recipes import SEARCHED, fuzzy_mode, fuzzy_modes
 
-OPTIMISERS = (*evolution.OPTIMISERS, "together")
-SHARES = (0.01, 0.1, 1.0)  # of the kind's acceleration: inputs of the sub-models, as in the paper
-STAY = 0.97  # per scan
-RANGE = (1e-3, 3.0)  # of the kind's acceleration: sds of noise that networks choose from
 HISTORY = 8  # innovations an aid looks back on
 # five innovations divide the rules, three older ones take part in their consequents alone
 ANFIS = {"functions": (2, 2, 2, 2, 2, 1, 1, 1), "kind": "gaussian", "epochs": 25, "rate": 0.05}
 NETWORK = {"hidden": (32,), "epochs": 60, "batch": 1024}
 
 
-@dataclass(frozen=True, kw_only=True)
-class How:
-    """What `jink learn` was asked for; None where the recipe has a default of its own.
-
-    acceleration (m/s²): what the targets pull; inputs: those of the sub-models; base: the filter to be aided; labels:
-    networks learn which mode was right instead of the tracking error; progress(words, done, of) is called as it goes
-    on; checkpoint: of searches by populations.
-    """
-
-    acceleration: float
-    seed: int = 0
-    optimiser: str = "ga"
-    generations: int | None = None
-    population: int | None = None
-    rules: int | None = None
-    weight: float = 0.95
-    inputs: tuple[float, ...] = ()
-    base: Any = None
-    epochs: int | None = None
-    labels: bool = False
-    checkpoint: str | os.PathLike[str] | None = None
-    progress: Callable[[str, int, int], None] | None = None
-
-    def given(self, **names: str) -> dict[str, Any]:
-        """Keywords of those attributes that were asked for: keyword=attribute."""
-        return {key: getattr(self, name) for key, name in names.items() if getattr(self, name) is not None}
-
-    def counting(self, words: str, of: int) -> Callable[[int, float], None] | None:
-        """A progress for loops that tell their step and the least loss."""
-        tell = self.progress
-        return None if tell is None else lambda step, loss: tell(f"{words}: least loss {loss:.4g}", step + 1, of)
-
-
 Recipe = Callable[[Runs, Runs, How], Any]
-
-
-def fuzzy_modes(training: Runs, validation: Runs, how: How) -> IMM:
-    """One set of rules per input, each by its own search; or all and the transition matrix together."""
-    if how.optimiser == "together":
-        found = _together(training, how, 3)
-        motions = [_fuzzy(rules) for rules in found.modes]
-        return IMM(motions, _sensor(training), found.transition, mode_probability=np.full(3, 1 / 3))
-    inputs = how.inputs or tuple(share * how.acceleration for share in SHARES)
-    if len(inputs) == 1:
-        raise ValueError("inputs: an IMM has at least two modes; fuzzy-kalman has one")
-    rules = [_identified(each, training, how, k) for k, each in enumerate(inputs)]
-    return fuzzy_imm(_sensor(training), rules, STAY)
-
-
-def fuzzy_mode(training: Runs, validation: Runs, how: How) -> Kalman:
-    """One set of rules for the whole range of what the targets do."""
-    if len(how.inputs) > 1:
-        raise ValueError("inputs: fuzzy-kalman has one mode; fuzzy-imm has one for each")
-    if how.optimiser == "together":
-        return Kalman(_fuzzy(_together(training, how, 1).modes[0]), _sensor(training))
-    most, spread = (how.inputs or (how.acceleration,))[0], (2 * SHARES[0]) ** -0.5
-    rules = _identified(most / spread, training, how, 0, widen=spread)  # noise from a hundredth of that up to it
-    return Kalman(_fuzzy(rules), _sensor(training))
 
 
 def aided(model: str) -> Recipe:
@@ -185,63 +121,10 @@ RECIPES: dict[str, Recipe] = {
     "nnvsmm": noise_network,
     "nnvsmm-modes": mode_network,
 }
-SEARCHED = ("fuzzy-imm", "fuzzy-kalman")  # by populations: these have optimisers, rules and checkpoints
 
 
 def _sensor(runs: Runs) -> Position:
     return Position(sd=runs.sd, axes=runs.axes)
-
-
-def _fuzzy(rules: FuzzyRules) -> Any:
-    return FuzzyNoise(ConstantVelocity(acceleration_sd=float(np.sqrt(np.mean(rules.variances)))), rules)
-
-
-def _identified(acceleration: float, training: Runs, how: How, place: int, widen: float = 1.0) -> FuzzyRules:
-    from .genetic import Settings, identify
-
-    # the paper's kilometres are two sds of its measurement, its runs sixty scans: so errors weigh against rules as
-    # there
-    unit = 2 * training.sd * training.time.shape[1] / 60
-    settings = Settings(
-        weight=how.weight,
-        optimiser=how.optimiser,
-        widen=widen,
-        unit=unit,
-        **how.given(generations="generations", population="population", most_rules="rules"),
-    )
-
-    def tell(generation: int, fitness: float, rules: int) -> None:
-        if how.progress:
-            words = f"{acceleration:g} m/s², generation: best fitness {fitness:.4g} with {rules} rules"
-            how.progress(words, generation + 1, settings.generations)
-
-    checkpoint = None if how.checkpoint is None else f"{os.fspath(how.checkpoint)}.{place}.npz"
-    return identify(
-        acceleration,
-        training,
-        settings=settings,
-        process_sd=SHARES[0] * acceleration,
-        seed=how.seed,
-        checkpoint=checkpoint,
-        progress=tell,
-    )
-
-
-def _together(training: Runs, how: How, modes: int) -> Any:
-    from .interacting import identify_modes
-
-    generations = how.generations or 250
-    return identify_modes(
-        training,
-        modes=modes,
-        interval=(RANGE[0] * how.acceleration, 2 * how.acceleration),
-        seed=how.seed,
-        rules=how.rules or (2 if modes > 1 else 6),
-        generations=generations,
-        checkpoint=None if how.checkpoint is None else f"{os.fspath(how.checkpoint)}.0.npz",
-        progress=how.counting("generation", generations),
-        **how.given(population="population"),
-    )
 
 
 def _corrected(base: Any, training: Runs) -> tuple[str, ...]:

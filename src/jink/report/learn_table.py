@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..filters.aided import Aided
-from ..learn.learning import BASE, NAMED, Learned
+from ..learn.learning import BASE, CONSTANTS, NAMED, Learned
 from .race_table import show as show_race
 from .terminal import print_line, standard_output
 
@@ -25,7 +25,7 @@ def show(learned: Learned) -> None:
     console.print()
     print_line(console, learned.verdict(), "bold")
     # the race above has said it of the others
-    for name in (name for name in learned.verdicts() if name in (BASE, NAMED)):
+    for name in (name for name in learned.verdicts() if name in (BASE, CONSTANTS, NAMED)):
         print_line(console, f"  against {name}: {learned.verdicts()[name]}")
     for line in learned.warnings:
         print_line(console, f"warning: {line}", "yellow")

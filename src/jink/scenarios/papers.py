@@ -102,7 +102,14 @@ STATE = ("position", "velocity")
 
 
 def _scenario(
-    name: str, summary: str, truth: Callable[[Draws], Legs], sd: float, scans: int, source: str, axes: int = 2
+    name: str,
+    summary: str,
+    truth: Callable[[Draws], Legs],
+    sd: float,
+    scans: int,
+    source: str,
+    axes: int = 2,
+    acceleration: float | None = None,
 ) -> Scenario:
     seen = Observation(sensor=Position(sd=sd, axes=axes))
     schedule = Schedule(start=1.0, interval=1.0, count=scans)
@@ -115,6 +122,7 @@ def _scenario(
         axes=axes,
         kind="fighter",
         source=source,
+        acceleration=acceleration,
     )
 
 
@@ -124,8 +132,10 @@ def _fixed(path: Legs) -> Callable[[Draws], Legs]:
 
 def lee_and_wang() -> list[Scenario]:
     """lee-2003 and the experiments of wang-2010 (noise of 50 m, which the paper does not state)."""
+    summary = "three constant accelerations along the axes"
     return [
-        _scenario("lee-2003", "three constant accelerations along the axes", lee_2003, 500.0, 180, LEE),
+        # §4: the largest input is assumed to be 0.1 km/s²
+        _scenario("lee-2003", summary, lee_2003, 500.0, 180, LEE, acceleration=100.0),
         _scenario("wang-2010-velocity", "one axis, 30, 20, 10, 5 m/s²", wang_velocity, 50.0, 200, WANG, axes=1),
         _scenario("wang-2010-circle", "straight, then a circle of 10 km radius", wang_circle, 50.0, 150, WANG),
         _scenario("wang-2010-step", "one axis, 0 to 60 to 0 m/s²", wang_step, 50.0, 150, WANG, axes=1),

@@ -133,6 +133,7 @@ def families() -> list[Scenario]:
             schedule=second,
             axes=axes,
             kind="fighter",
+            acceleration=getattr(truth, "acceleration", None),
         )
 
     return [

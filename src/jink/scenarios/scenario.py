@@ -46,7 +46,8 @@ class Simulation:
 class Scenario:
     """truth(draws) is the motion of the runs of draws; observation and schedule say how it is seen.
 
-    axes of the truth; kind for `jink track`; source, where the scenario comes from.
+    axes of the truth; kind for `jink track`; source, where the scenario comes from; acceleration (m/s²): the most that
+    its source assumes the targets to pull, None where it does not say.
     """
 
     name: str
@@ -57,6 +58,7 @@ class Scenario:
     axes: int = 2
     kind: str = "aircraft"
     source: str = ""
+    acceleration: float | None = None
 
     def simulate(self, runs: int | Sequence[int] | np.ndarray = 1, seed: int = 0) -> Simulation:
         """Runs 0 … runs − 1, or those with the given numbers; a run is the same in whatever company.
