@@ -129,7 +129,8 @@ void bind_parts(nb::module_ &module) {
 
     nb::class_<AidDeclaration>(module, "Aid", "A learned correction of what goes out.")
         .def(nb::init<AidInputs, AidModel, int, int, std::vector<int>, Vector>(), nb::kw_only(), "kind"_a = AidInputs::none,
-             "model"_a = AidModel::network, "inputs"_a = 0, "outputs"_a = 0, "sizes"_a = std::vector<int>(), "numbers"_a = Vector());
+             "model"_a = AidModel::network, "inputs"_a = 0, "outputs"_a = 0, "sizes"_a = std::vector<int>(), "numbers"_a = Vector())
+        .def_ro("kind", &AidDeclaration::kind);
 }
 
 }  // namespace

@@ -19,3 +19,4 @@ void bind_live(nb::module_ &module, nb::class_<Engine> &engine);  // one scan at
 void bind_stepwise(nb::module_ &module);                          // models of the user's own
 void bind_population(nb::module_ &module);                        // learning
 void bind_gradient(nb::module_ &module);
+void bind_association(nb::module_ &module, nb::class_<Engine> &engine);  // many targets in clutter

@@ -1,0 +1,339 @@
+#include "associate/many.hpp"
+#include "run/batch.hpp"
+#include "run/threads.hpp"
+
+namespace jink::inline JINK_LEVEL {
+
+template <class F> void Many::over_packs(F work) {
+    const int packs = int(pool.packs.size());
+    if (rules.threads <= 1 || packs < 16) {
+        for (int p = 0; p < packs; ++p) work(*scanners[0], p);
+        return;
+    }
+    std::atomic<int> next{0};
+    over_threads(packs, rules.threads, [&] {
+        return [&, scanner = scanners[next.fetch_add(1)].get()](std::int64_t p) { work(*scanner, int(p)); };
+    });
+}
+
+// Positions of the plots, a pack at a time.
+void Many::measure(const PlotRows &rows, int sensor, ScanReport &report) {
+    const Sensor<Pack> &of = c->sensors[sensor];
+    const int columns = c->declared.columns();
+    std::vector<Fix<double>> positions(rows.count);
+    const Step<Pack> &step = scanners[0]->step;
+    for (int from = 0; from < rows.count; from += lanes) {
+        Scan<Pack> scan;
+        scan.active = splat_mask<Pack>(true);
+        scan.own_noise = rows.noise != nullptr, scan.own_full = rows.full_noise;
+        for (int r = 0; r < columns; ++r) scan.z[r] = nan_of<Pack>();
+        for (int l = 0; l < lanes; ++l) {
+            const std::int64_t j = std::min(from + l, rows.count - 1);
+            for (int r = 0; r < rows.columns; ++r) scan.z[r][l] = rows.z[j * rows.columns + r];
+            for (int r = 0; r < columns && rows.noise; ++r)
+                for (int q = 0; q <= r; ++q) {
+                    if (rows.full_noise) scan.R[packed(r, q)][l] = rows.noise[(j * columns + r) * columns + q];
+                    else if (q == r) scan.R[r][l] = rows.noise[j * columns + r];
+                }
+        }
+        Measurement<Pack> m;
+        step.measure(scan, of, splat_mask<Pack>(true), m, true);
+        const Fix<Pack> fix = position_fix(of.spec, m);
+        for (int l = 0; l < lanes && from + l < rows.count; ++l) {
+            Fix<double> &one = positions[from + l];
+            one.position = lane(fix.position, l), one.velocity = lane(fix.velocity, l);
+            for (int a = 0; a < 3; ++a) one.p[a] = fix.p[a][l], one.v[a] = fix.v[a][l];
+            for (int k = 0; k < 6; ++k) one.P[k] = fix.P[k][l], one.V[k] = fix.V[k][l];
+            for (int a = 0; a < of.spec.axes; ++a) {
+                one.position = one.position && std::isfinite(one.p[a]);
+                one.velocity = one.velocity && std::isfinite(one.v[a]);
+            }
+        }
+    }
+    report.unusable = plots.take(rows, positions);
+    report.plots = plots.count;
+}
+
+void Many::predict(double t, int sensor) {
+    const int packs = int(pool.packs.size());
+    candidates.resize(pool.slots()), shares.resize(pool.slots());
+    crowded.assign(packs, 0);
+    over_packs([&](Scanner &scanner, int p) {
+        bool live[lanes], some = false;
+        for (int l = 0; l < lanes; ++l) some = (live[l] = pool.live(p * lanes + l)) || some;
+        scanner.predict(pool.packs[p], t);
+        if (some) crowded[p] = scanner.gate(pool.packs[p], plots, sensor, rules.gate, rules.most_plots, live, &candidates[p * lanes]);
+    });
+}
+
+// The edges' weights: log(Pd l / (clutter + Pd undetected)), and what codes say.
+void Many::weigh(int sensor) {
+    constexpr double told = 6.9;  // a thousand times likelier, or less so
+    const SensorView &view = sensors[sensor];
+    const double log_ground = std::log(view.clutter + view.detection * view.undetected);
+    const double log_detection = std::log(view.detection);
+    Weighing &w = weighing;
+    w.ratio.clear(plots.count);
+    w.distance2.clear();
+    w.existence.resize(pool.slots()), w.detection.resize(pool.slots()), w.unseen.resize(pool.slots());
+    for (int s = 0; s < pool.slots(); ++s) {
+        if (pool.live(s)) {
+            const Life &one = pool.life[s];
+            const TrackPack &pack = pool.packs[s / lanes];
+            const Mode<Pack> &mode = c->modes[0];
+            const Pack *x = &pack.predicted[mode.place];
+            const bool seen = mode.shape.axes < 2 || view.sees(x[0][s % lanes], x[mode.shape.block][s % lanes]);
+            w.existence[s] = std::min(one.existence, 1.0 - 1e-12);
+            w.unseen[s] = seen && view.scanning ? 1.0 - view.detection : 1.0;
+            for (const Candidate &each : candidates[s]) {
+                double value = log_detection + each.log_likelihood - log_ground - std::log(plots.unit[each.plot]);
+                const std::int64_t code = plots.code[each.plot];
+                if (code >= 0 && one.code >= 0) value += code == one.code ? told : -told;
+                w.ratio.plot.push_back(each.plot), w.ratio.value.push_back(value), w.distance2.push_back(each.distance2);
+            }
+        }
+        w.ratio.begin.push_back(int(w.ratio.plot.size()));
+    }
+}
+
+// What a track takes in, and how probable it is then that it exists.
+void Many::share_out(int s, int sensor) {
+    const Weighing &w = weighing;
+    Life &one = pool.life[s];
+    std::vector<Share> &take = shares[s];
+    take.clear();
+    const double r = w.existence[s], unseen = w.unseen[s];
+    const bool hard = rules.association == Association::gnn || rules.association == Association::nearest;
+    double hit = 0.0, likeliest = 0.0;
+    int best = -1;
+    for (int e = w.ratio.begin[s]; e < w.ratio.begin[s + 1]; ++e) {
+        const double p = decide.found.hit[e];
+        hit += p;
+        if (p > likeliest) likeliest = p, best = e;
+        if (p > 1e-9) take.push_back({w.ratio.plot[e], p});
+    }
+    const double miss = decide.found.miss[s] * r * unseen / (1.0 - r + r * unseen);
+    double after = hit + miss;
+    // A plot that is taken for granted says of existence what its likelihood ratio says.
+    if (hard && best >= 0) {
+        const double gain = r * std::exp(std::min(w.ratio.value[best], 600.0));
+        after = gain / (gain + 1.0 - r);
+    }
+    for (Share &each : take) each.weight /= hit + miss;
+    (void)sensor;
+    one.existence = after;
+    one.plot = best < 0 ? -1 : w.ratio.plot[best];
+    one.share = hit;
+}
+
+// A track of one plot is one target per plot near it, not the mean of them: each becomes a track of its own.
+void Many::split(int sensor) {
+    const Weighing &w = weighing;
+    const int before = int(w.ratio.begin.size()) - 1;
+    const double least = rules.drop * sensors[sensor].birth();
+    std::vector<std::pair<double, int>> branches;
+    for (int s = 0; s < before; ++s) {
+        if (!pool.live(s) || pool.life[s].plots != 1) continue;
+        branches.clear();
+        for (int e = w.ratio.begin[s]; e < w.ratio.begin[s + 1]; ++e)
+            if (w.distance2[e] < rules.split_gate && decide.found.hit[e] > least) branches.push_back({-decide.found.hit[e], e});
+        if (branches.empty()) continue;
+        std::sort(branches.begin(), branches.end());
+        const double r = w.existence[s], miss = decide.found.miss[s] * r * w.unseen[s] / (1.0 - r + r * w.unseen[s]);
+        const auto becomes = [&](int slot, int e) {
+            Life &one = pool.life[slot];
+            one.existence = e < 0 ? miss : decide.found.hit[e];
+            one.plot = e < 0 ? -1 : w.ratio.plot[e], one.share = e < 0 ? 0.0 : 1.0;
+            shares[slot].clear();
+            if (e >= 0) shares[slot].push_back({w.ratio.plot[e], 1.0});
+        };
+        const bool waits = miss >= 0.1;
+        const bool missed_first = waits && miss > decide.found.hit[branches[0].second];
+        for (std::size_t k = missed_first ? 0 : 1; k < branches.size() + (waits && !missed_first); ++k) {
+            if (pool.living() >= rules.most_tracks) break;
+            const int other = pool.twin(s);
+            candidates.resize(pool.slots()), shares.resize(pool.slots());
+            candidates[other].clear();
+            pool.life[other].id = next_id++;
+            becomes(other, k < branches.size() ? branches[k].second : -1);
+        }
+        becomes(s, missed_first ? -1 : branches[0].second);
+    }
+}
+
+// Every plot that nobody claims may be a target's that was not seen before.
+void Many::bear(double t, int sensor, ScanReport &report) {
+    const SensorView &view = sensors[sensor];
+    const double birth = view.birth(), least = std::max(rules.drop * birth, 1e-15);
+    std::vector<std::pair<int, int>> born;  // slot, plot
+    for (int j = 0; j < plots.count; ++j) {
+        const double r = decide.found.lone[j] * birth;
+        if (!(r > least) || !(decide.found.lone[j] > 1e-4)) continue;
+        if (pool.living() >= rules.most_tracks) {
+            report.full = true;
+            break;
+        }
+        const int slot = pool.take();
+        Life &one = pool.life[slot];
+        one.id = next_id++, one.code = plots.code[j];
+        one.existence = r, one.begun = one.seen = t;
+        one.plots = 1, one.plot = j, one.share = 1.0;
+        born.push_back({slot, j});
+    }
+    std::sort(born.begin(), born.end());
+    report.born = int(born.size());
+    for (std::size_t k = 0; k < born.size();) {
+        const int p = born[k].first / lanes;
+        int plot_of[lanes];
+        std::fill(plot_of, plot_of + lanes, -1);
+        for (; k < born.size() && born[k].first / lanes == p; ++k) plot_of[born[k].first % lanes] = born[k].second;
+        scanners[0]->begin(pool.packs[p], plots, plot_of);
+    }
+}
+
+// Confirm, and drop what no longer is there.
+void Many::judge(double t, int sensor, ScanReport &report) {
+    const double least = std::max(rules.drop * sensors[sensor].birth(), 1e-300);
+    const bool looked = sensors[sensor].scanning;
+    for (int s = 0; s < pool.slots(); ++s) {
+        if (!pool.live(s)) continue;
+        Life &one = pool.life[s];
+        if (one.age < 0) {
+            one.age = 0;
+        } else {
+            one.age += looked;
+            if (one.share > 0.5) {
+                ++one.plots, one.seen = t;
+                if (one.plot >= 0 && plots.code[one.plot] >= 0) one.code = plots.code[one.plot];
+            }
+            const bool lost = one.existence < 0.5 && one.age > rules.young && int(candidates[s].size()) > rules.crowd;
+            if (one.existence < least || t - one.seen > rules.drop_after || lost) {
+                pool.give_back(s);
+                ++report.dropped;
+                continue;
+            }
+        }
+        one.confirmed = one.existence > (one.confirmed ? rules.keep : rules.confirm);
+        report.confirmed += one.confirmed;
+        if (one.plot >= 0) one.plot = plots.row[one.plot];
+    }
+    pool.shrink();
+    report.living = pool.living();
+}
+
+// The clutter is what is no track's and no new target's.
+void Many::learn(double, int sensor) {
+    SensorView &view = sensors[sensor];
+    double sum = 0.0;
+    for (int j = 0; j < plots.count; ++j)
+        if (view.sees(plots.fix[j].p[0], plots.fix[j].p[1])) sum += decide.found.lone[j];
+    const double share = view.clutter / (view.clutter + view.detection * view.undetected);
+    if (view.learning) {
+        const double rate = std::max(0.05, 1.0 / (2.0 + view.scans));
+        view.clutter = std::max((1.0 - rate) * view.clutter + rate * sum * share / view.area, 1e-3 / view.area);
+    }
+    ++view.scans;
+    if (view.scanning) view.undetected *= 1.0 - view.detection;
+}
+
+ScanReport Many::scan(double t, int sensor, const PlotRows &rows) {
+    ScanReport report;
+    const double dt = std::isnan(time) ? 0.0 : t - time;
+    pool.now = t;
+    measure(rows, sensor, report);
+    const double survival = std::exp(-dt / rules.life);
+    for (Life &one : pool.life) one.existence *= survival;
+    for (SensorView &view : sensors) view.undetected = survival * view.undetected + view.arrivals * dt;
+    predict(t, sensor);
+    for (char each : crowded) report.crowded = report.crowded || each;
+    weigh(sensor);
+    decide.established = rules.established;
+    decide(rules.association, weighing);
+    report.inexact = decide.inexact;
+    for (int s = 0; s < pool.slots(); ++s)
+        if (pool.live(s)) share_out(s, sensor);
+        else shares[s].clear();
+    const bool soft = rules.association != Association::gnn && rules.association != Association::nearest;
+    if (rules.split && soft) split(sensor);
+    for (std::size_t s = 0; s < shares.size(); ++s)
+        if (!pool.live(int(s))) shares[s].clear();
+    over_packs([&](Scanner &scanner, int p) {
+        const auto live = [](const Life &one) { return one.id >= 0; };
+        const auto from = pool.life.begin() + p * lanes;
+        if (std::any_of(from, from + lanes, live)) scanner.take_in(pool.packs[p], plots, sensor, &shares[p * lanes]);
+    });
+    bear(t, sensor, report);
+    lone.assign(rows.count, NAN);
+    for (int j = 0; j < plots.count; ++j) lone[plots.row[j]] = decide.found.lone[j];
+    candidates.resize(pool.slots()), shares.resize(pool.slots());
+    judge(t, sensor, report);
+    learn(dt, sensor);
+    candidates.resize(pool.slots()), shares.resize(pool.slots());
+    time = t;
+    return report;
+}
+
+std::int64_t Many::add(double t, const double *x, const double *P, double existence) {
+    pool.now = std::isnan(time) ? t : time;
+    const int slot = pool.take();
+    Life &one = pool.life[slot];
+    one.age = 0;
+    one.id = next_id++, one.existence = existence, one.begun = one.seen = t;
+    one.plots = 2, one.confirmed = existence > rules.confirm;
+    TrackState<Pack> &s = pool.packs[slot / lanes].state;
+    set_prior(*c, s, slot % lanes, x, P, t);
+    for (int j = 0; j < c->count; ++j) s.probability[j][slot % lanes] = c->initial_probability[j][slot % lanes];
+    s.settled = true;
+    if (std::isnan(time)) time = t;
+    return one.id;
+}
+
+namespace {
+
+// The numbers of a track's life, in one order.
+template <class One, class F> void each_of_life(One &one, F f) {
+    f(one.id), f(one.code), f(one.existence), f(one.begun), f(one.seen), f(one.age), f(one.plots), f(one.confirmed), f(one.plot), f(one.share);
+}
+
+}  // namespace
+
+std::vector<double> Many::save() const {
+    std::vector<double> out{time, double(next_id), double(pool.slots()), double(sensors.size())};
+    for (const SensorView &v : sensors) out.insert(out.end(), {v.clutter, v.undetected, v.arrivals, double(v.scans)});
+    for (const Life &one : pool.life) each_of_life(one, [&](const auto &value) { out.push_back(double(value)); });
+    for (int s = 0; s < pool.slots(); ++s)
+        each_number(pool.packs[s / lanes].state, [&](const Pack &value) { out.push_back(value[s % lanes]); });
+    return out;
+}
+
+void Many::restore(const std::vector<double> &state) {
+    std::size_t at = 0;
+    const auto next = [&] {
+        if (at >= state.size()) throw std::invalid_argument("state: is cut short, or was saved by another tracker");
+        return state[at++];
+    };
+    time = next(), next_id = std::int64_t(next());
+    const int slots = int(next());
+    if (int(next()) != int(sensors.size())) throw std::invalid_argument("state: was saved by a tracker with another number of sensors");
+    for (SensorView &v : sensors) v.clutter = next(), v.undetected = next(), v.arrivals = next(), v.scans = int(next());
+    // All slots are taken, then those that were free are given back, so that the same ones are free again.
+    std::vector<Life> lives(slots);
+    for (Life &one : lives)
+        each_of_life(one, [&](auto &value) { value = static_cast<std::remove_reference_t<decltype(value)>>(next()); });
+    pool = Pool(*c);
+    pool.now = std::isnan(time) ? 0.0 : time;
+    for (int s = 0; s < slots; ++s) pool.take();
+    for (int s = 0; s < slots; ++s)
+        each_number(pool.packs[s / lanes].state, [&](Pack &value) { value[s % lanes] = next(); });
+    for (TrackPack &pack : pool.packs) {
+        pack.state.started = pack.state.running = splat_mask<Pack>(true);
+        pack.state.settled = true;
+    }
+    for (int s = 0; s < slots; ++s) {
+        if (lives[s].id < 0) pool.give_back(s);
+        else pool.life[s] = lives[s];
+    }
+    if (at != state.size()) throw std::invalid_argument("state: was saved by a tracker with another filter");
+}
+
+}  // namespace jink::inline JINK_LEVEL

@@ -1,0 +1,98 @@
+// Many targets from plots without identity: the life cycle of Bernoulli tracks with Poisson births.
+//
+// Track-oriented marginal MeMBer/Poisson filter. Williams, IEEE Trans. AES 51(3), 2015. The equations are in docs/many-targets.md.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "associate/decide.hpp"
+#include "associate/scanner.hpp"
+
+namespace jink::inline JINK_LEVEL {
+
+// Of one sensor: what it sees of what is there, and what it sees that is not.
+struct SensorView {
+    double detection = 0.9;
+    double clutter = 1e-8;     // per unit of area (or volume) and scan
+    double undetected = 0.0;   // targets that nobody has seen yet, per unit of area
+    double arrivals = 0.0;     // new ones per unit of area and second
+    double low[2] = {-INFINITY, -INFINITY}, high[2] = {INFINITY, INFINITY};
+    double site[2] = {0.0, 0.0}, reach = INFINITY;
+    double area = 1.0;
+    bool scanning = true;      // it looks everywhere in each scan, so that no plot is a miss
+    bool learning = true;      // the clutter density
+    int scans = 0;
+
+    bool sees(double x, double y) const {
+        const double dx = x - site[0], dy = y - site[1];
+        return x >= low[0] && x <= high[0] && y >= low[1] && y <= high[1] && dx * dx + dy * dy <= reach * reach;
+    }
+    double birth() const { return detection * undetected / (clutter + detection * undetected); }
+};
+
+struct ManyRules {
+    Association association = Association::marginal;
+    double gate = 16.0, split_gate = 6.0;      // squared distances
+    double confirm = 0.9, keep = 0.4;          // existence at which a track is confirmed, and below which no more
+    double drop = 1e-4;                        // existence relative to a birth's
+    double life = 1e9;                         // mean seconds that a target stays
+    double drop_after = 1e9;                   // seconds without a plot
+    double established = 0.5;                  // existence from which a track owns its plots
+    bool split = true;
+    int young = 2, crowd = 8;                  // scans and plots: older, with r < 0.5 and more plots in the gate, a track is dropped
+    int most_plots = 64, most_tracks = 200000;
+    int threads = 1;
+};
+
+// What a scan came to.
+struct ScanReport {
+    int plots = 0, unusable = 0, born = 0, dropped = 0, living = 0, confirmed = 0;
+    bool crowded = false, full = false, inexact = false;  // gates with too many plots; no room for more tracks; JPDA by beliefs
+};
+
+class Many {
+  public:
+    Many(std::shared_ptr<const Composition<Pack>> composition, const ManyRules &rules, const std::vector<SensorView> &sensors)
+        : c(std::move(composition)), rules(rules), sensors(sensors), pool(*c) {
+        for (int t = 0; t < std::max(rules.threads, 1); ++t) scanners.push_back(std::make_unique<Scanner>(*c));
+    }
+    Many(const Many &) = delete;
+
+    const std::shared_ptr<const Composition<Pack>> c;
+    ManyRules rules;
+    std::vector<SensorView> sensors;
+    Pool pool;
+    double time = NAN;
+    std::int64_t next_id = 0;
+    std::vector<double> lone;      // of each row of the last scan: probability that it is no track's; NaN if unusable
+
+    ScanReport scan(double t, int sensor, const PlotRows &rows);
+
+    // A target that is known to be there, in the reported components.
+    std::int64_t add(double t, const double *x, const double *P, double existence);
+
+    std::vector<double> save() const;
+    void restore(const std::vector<double> &state);
+
+  private:
+    std::vector<std::unique_ptr<Scanner>> scanners;
+    Plots plots;
+    Weighing weighing;
+    Decide decide;
+    std::vector<std::vector<Candidate>> candidates;  // of each slot
+    std::vector<std::vector<Share>> shares;
+    std::vector<char> crowded;
+
+    void measure(const PlotRows &rows, int sensor, ScanReport &report);
+    void predict(double t, int sensor);
+    void weigh(int sensor);
+    void split(int sensor);
+    void share_out(int slot, int sensor);
+    void bear(double t, int sensor, ScanReport &report);
+    void learn(double dt, int sensor);
+    void judge(double t, int sensor, ScanReport &report);
+    template <class F> void over_packs(F work);
+};
+
+}  // namespace jink::inline JINK_LEVEL

@@ -1,0 +1,111 @@
+// The tracks that live: packs of slots that are taken and given back, the lowest first, so that packs stay full.
+#pragma once
+
+#include <functional>
+#include <queue>
+
+#include "scan/step.hpp"
+
+namespace jink::inline JINK_LEVEL {
+
+// One track as the life cycle sees it; its state is lane `slot % lanes` of pack `slot / lanes`.
+struct Life {
+    std::int64_t id = -1;         // -1: the slot is free
+    std::int64_t code = -1;       // identity that its plots have told, -1 for none
+    double existence = 0.0;
+    double begun = 0.0, seen = 0.0;  // times of the first and of the last plot
+    int age = -1;                 // scans since birth; -1 until the scan of its birth is over
+    int plots = 0;                // scans in which it had a plot
+    bool confirmed = false;
+    int plot = -1;                // its most probable plot of the last scan, as a row of that scan, or -1
+    double share = 0.0;           // probability that it had one of the plots
+};
+
+struct TrackPack {
+    TrackState<Pack> state;
+    std::vector<Pack> predicted, prior;  // of the scan that is being worked on
+
+    explicit TrackPack(const Composition<Pack> &c)
+        : state(c), predicted(c.arena_size, splat<Pack>(0.0)), prior(c.count, splat<Pack>(0.0)) {
+        // Kernels run over free lanes too, so their numbers must be usable.
+        predicted = state.arena, prior = state.probability;
+    }
+};
+
+// Every number of a lane's state, in one order.
+template <class State, class F> void each_number(State &s, F f) {
+    for (auto *values : {&s.arena, &s.probability, &s.carry, &s.alive, &s.next, &s.memory})
+        for (auto &value : *values) f(value);
+    f(s.time), f(s.last_accepted), f(s.rejections), f(s.first_time);
+    for (auto &value : s.first) f(value);
+    for (auto &value : s.first_P) f(value);
+}
+
+class Pool {
+  public:
+    explicit Pool(const Composition<Pack> &composition) : c(&composition) {}
+
+    std::vector<Life> life;
+    std::vector<TrackPack> packs;
+    double now = 0.0;  // of the scan that is being worked on
+
+    int slots() const { return int(life.size()); }
+    bool live(int slot) const { return life[slot].id >= 0; }
+    int living() const { return alive; }
+
+    int take() {
+        if (free.empty()) {
+            for (int l = 0; l < lanes; ++l) free.push(slots() + l);
+            life.resize(life.size() + lanes);
+            packs.emplace_back(*c);
+            packs.back().state.time = splat<Pack>(now);
+        }
+        const int slot = free.top();
+        free.pop();
+        ++alive;
+        return slot;
+    }
+    void give_back(int slot) {
+        life[slot] = Life();
+        free.push(slot);
+        --alive;
+    }
+
+    // A second track in the same state, in the midst of a scan.
+    int twin(int slot) {
+        const int to = take();
+        TrackPack &a = packs[slot / lanes], &b = packs[to / lanes];
+        const int la = slot % lanes, lb = to % lanes;
+        std::vector<double> numbers;
+        each_number(a.state, [&](const Pack &value) { numbers.push_back(value[la]); });
+        auto next = numbers.begin();
+        each_number(b.state, [&](Pack &value) { value[lb] = *next++; });
+        for (std::size_t k = 0; k < a.predicted.size(); ++k) b.predicted[k][lb] = a.predicted[k][la];
+        for (std::size_t k = 0; k < a.prior.size(); ++k) b.prior[k][lb] = a.prior[k][la];
+        set_lane(b.state.started, lb, true), set_lane(b.state.running, lb, true);
+        life[to] = life[slot];
+        return to;
+    }
+
+    // Packs at the end without a living track go.
+    void shrink() {
+        std::size_t used = packs.size();
+        const auto empty = [&](std::size_t p) {
+            return std::none_of(life.begin() + p * lanes, life.begin() + (p + 1) * lanes, [](const Life &one) { return one.id >= 0; });
+        };
+        while (used > 0 && empty(used - 1)) --used;
+        if (used == packs.size()) return;
+        packs.erase(packs.begin() + used, packs.end()), life.resize(used * lanes);
+        free = Free();
+        for (int s = 0; s < slots(); ++s)
+            if (!live(s)) free.push(s);
+    }
+
+  private:
+    using Free = std::priority_queue<int, std::vector<int>, std::greater<int>>;
+    const Composition<Pack> *c;
+    Free free;
+    int alive = 0;
+};
+
+}  // namespace jink::inline JINK_LEVEL

@@ -1,0 +1,7 @@
+"""Many targets from plots without identity: the tracker, its picture, and what it is told."""
+
+from .picture import Picture
+from .rules import ASSOCIATIONS
+from .tracker import Tracker
+
+__all__ = ["ASSOCIATIONS", "Picture", "Tracker"]

@@ -1,0 +1,46 @@
+"""What a tracker knows after a scan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..checks import Array
+from ..estimate import Estimate
+
+
+@dataclass(frozen=True, repr=False)
+class Picture:
+    """The tracks of one scan, by id.
+
+    ids (n,): the same for as long as a track lives. existence (n,): probability that there is a target. confirmed (n,):
+    whether it once was above 0.9 and has not fallen below 0.4 since. age (n,): scans since the first plot. plot (n,):
+    the row of the scan's plots that most probably is the track's, −1 where it more probably has none. estimate: x, P,
+    mode_probability and status of each track. lone (m,): of each plot, the probability that it is no track's.
+    report: counts of this scan, and what was bounded ("crowded", "full", "inexact").
+    """
+
+    time: float
+    ids: NDArray[np.int64]
+    existence: Array
+    confirmed: NDArray[np.bool_]
+    age: NDArray[np.int64]
+    plot: NDArray[np.int64]
+    estimate: Estimate
+    lone: Array
+    report: dict[str, Any]
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    @property
+    def positions(self) -> Array:
+        """(n, axes)"""
+        names = [name for name in ("px", "py", "pz") if name in self.estimate.components]
+        return np.column_stack([self.estimate[name] for name in names])
+
+    def __repr__(self) -> str:
+        return f"Picture(time {self.time:g}, {int(self.confirmed.sum())} confirmed of {len(self)} tracks)"

@@ -1,0 +1,227 @@
+"""Many targets from plots without identity, scan by scan or a table at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._engine import native
+from ..checks import Array, covariance, numbers, positive, probability, thread_count
+from ..estimate import Estimate, Status
+from ..filters.rows import row_noise
+from ..models.radar import Radar
+from ..times import seconds
+from .picture import Picture
+from .rules import association_called, check_filter, named_radars
+
+SPEED_SD = 150.0  # m/s, of a target's velocity before anything is known of it
+
+
+class Tracker:
+    """Tracks every target of a sky with ``filter``, from plots that do not say whose they are.
+
+    sensors: a :class:`jink.Radar`, several, or several by name. new_per_hour: targets that come into view; None:
+    estimated. targets: about how many are there at the start; None: estimated. drop_after: seconds without a plot after
+    which a track ends; None: existence alone decides. stay: mean seconds that a target stays in view. speed_sd (m/s): of
+    a target's velocity before its second plot. association: marginal, gnn, nearest, pda or jpda. report: tracks that are
+    not confirmed are in the picture from this existence on. threads: 1, or None for all cores.
+    Method: docs/many-targets.md. Errors: ValueError or TypeError naming the argument.
+    """
+
+    def __init__(
+        self,
+        filter: Any,
+        sensors: Any = None,
+        *,
+        new_per_hour: float | None = None,
+        targets: float | None = None,
+        drop_after: float | None = None,
+        stay: float = 3600.0,
+        speed_sd: float = SPEED_SD,
+        association: str = "marginal",
+        report: float = 0.5,
+        threads: int | None = 1,
+    ) -> None:
+        check_filter(filter)
+        self.filter, self.association = filter, association
+        self.radars = named_radars(Radar() if sensors is None else sensors)
+        for name, value in (("new_per_hour", new_per_hour), ("targets", targets)):
+            if value is not None:
+                positive(name, value, zero=True)
+        self.new_per_hour, self.targets = new_per_hour, targets
+        self.report = report if report == 0 else probability("report", report)
+        rules = native.ManyRules()
+        rules.association = association_called(association)
+        rules.life = positive("stay", stay)
+        rules.drop_after = np.inf if drop_after is None else positive("drop_after", drop_after)
+        rules.threads = thread_count(threads)
+        self.rules = rules
+        self._engine = native.Engine(self._declared(positive("speed_sd", speed_sd)))
+        self._columns = [s.rows for s in self._sensors]
+        self.reset()
+
+    def _declared(self, speed_sd: float) -> native.Declaration:
+        """The filter's declaration without what existence replaces: its gate, restart, coast and two-point start."""
+        d = native.Declaration(self.filter.declaration)
+        own = list(self.filter.sensors)
+        models = [radar.measures() for radar in self.radars.values()]
+        if len(models) > len(own) and any(m is None for m in models):
+            raise ValueError("sensors: the filter has fewer sensors than there are radars; say what each radar measures")
+        given = [own[k] if model is None else model for k, model in enumerate(models)]
+        for name, model in zip(self.radars, given, strict=True):
+            if not hasattr(model, "native"):
+                raise ValueError(f"sensors: {name} measures with a model of your own; expected one of jink's sensors")
+            if not model.components or model.components[0] == "azimuth":
+                raise ValueError(f"sensors: {name} measures no position; tracks begin at positions")
+            if getattr(model, "axes", None) not in (None, self.filter.axes):
+                raise ValueError(f"sensors: {name} has {model.axes} axes, the filter {self.filter.axes}")
+        self._models, self._sensors = given, [model.native() for model in given]
+        d.sensors = self._sensors
+        d.outlier_share, d.restart_after, d.coast = 0.0, 0, 0.0
+        d.start, d.velocity_variance = native.Start.one_point, speed_sd**2
+        return d
+
+    def reset(self) -> None:
+        """Forget all tracks, and what was learned of the clutter."""
+        views = []
+        for radar in self.radars.values():
+            view = native.SensorView()
+            (x0, x1, y0, y1), (x, y, reach) = radar.limits()
+            view.within(x0, x1, y0, y1)
+            view.around(x, y, reach)
+            view.detection, view.scanning = radar.detection, radar.scanning
+            views.append(view)
+        self._many = self._engine.association(self.rules, views)
+        self._known = [False] * len(views)
+
+    def add(self, time: Any, x: ArrayLike, P: ArrayLike, existence: float = 0.999) -> int:
+        """A target that is known to be there: mean x and covariance P in ``filter.components``. Returns its id."""
+        n = len(self.filter.components)
+        mean = np.ascontiguousarray(numbers("x", x).reshape(-1))
+        if mean.shape != (n,):
+            raise ValueError(f"x: expected {n} components, {' '.join(self.filter.components)}, got {mean.size}")
+        return self._many.add(float(seconds(time)), mean, covariance("P", P, n), probability("existence", existence))
+
+    def scan(
+        self,
+        time: Any,
+        plots: ArrayLike,
+        sensor: str | None = None,
+        *,
+        covariance: ArrayLike | None = None,
+        code: ArrayLike | None = None,
+    ) -> Picture:
+        """All plots (m, components) of one scan of a sensor; none is a scan too.
+
+        time (s or a date) must not run back. covariance (m, k) variances or (m, k, k) of each plot, instead of the
+        sensor's; code (m,) whole numbers from 0 where a plot says who it is (Mode S, MMSI), −1 where not.
+        Errors: ValueError naming the argument.
+        """
+        which = self._index(sensor)
+        t = float(seconds(time))
+        if not np.isfinite(t):
+            raise ValueError(f"time: expected a time, got {time!r}")
+        if t < self._many.time:
+            raise ValueError(f"time: {t:g} s lies before the last scan, at {self._many.time:g} s; scans must be in order")
+        z = self._plots(plots, which)
+        self._prepare(which, z)
+        noise = None if covariance is None else row_noise(covariance, len(z), z.shape[1])
+        codes = None if code is None else _codes(code, len(z))
+        report = self._many.scan(t, which, z, noise, self._unit(which, z), codes)
+        return self._picture(t, report)
+
+    def _index(self, sensor: str | None) -> int:
+        if sensor is None and len(self.radars) == 1:
+            return 0
+        if sensor not in self.radars:
+            raise ValueError(f"sensor: {sensor!r} was not declared; expected one of {', '.join(self.radars)}")
+        return list(self.radars).index(sensor)
+
+    def _plots(self, plots: ArrayLike, which: int) -> Array:
+        columns = self._columns[which]
+        z = np.asarray(plots, dtype=float)
+        z = z.reshape(0, columns) if z.size == 0 else z
+        if z.ndim != 2 or z.shape[1] != columns:
+            names = ", ".join(self._models[which].components)
+            raise ValueError(f"plots: expected (m, {columns}): {names}; got shape {z.shape}")
+        if np.isinf(z).any():
+            raise ValueError("plots: has infinite values; a missing component is NaN")
+        return np.ascontiguousarray(z)
+
+    def _prepare(self, which: int, z: Array) -> None:
+        """What was not declared of a sensor, from its first plots."""
+        if self._known[which] or not len(z):
+            return
+        self._known[which] = True
+        radar = list(self.radars.values())[which]
+        view = self._many.view(which)
+        points = self._models[which].positions(z)
+        points = points[np.isfinite(points).all(axis=1)]
+        view.area = radar.size(points)
+        count = max(len(points), 1)
+        clutter = count if radar.clutter_per_scan is None else radar.clutter_per_scan
+        view.clutter = max(clutter, 1e-3) / view.area
+        targets = 0.1 * count if self.targets is None else self.targets
+        view.undetected = targets / view.area
+        hourly = 10.0 * count if self.new_per_hour is None else self.new_per_hour
+        view.arrivals = hourly / 3600.0 / view.area
+        self._many.set_view(which, view)
+
+    def _unit(self, which: int, z: Array) -> Array | None:
+        """Volume of the measurements per area: a density over the plane, seen in range and azimuth, grows with range."""
+        native_sensor = self._sensors[which]
+        if native_sensor.kind != native.SensorKind.polar or native_sensor.converted:
+            return None
+        return np.ascontiguousarray(1.0 / np.maximum(z[:, 0], 1.0))
+
+    def _picture(self, time: float, report: dict[str, Any]) -> Picture:
+        found = self._many.tracks(self.report, True)
+        measured = found["share"] > 0.5
+        status = np.where(found["age"] == 0, Status.initialised, np.where(measured, Status.updated, Status.predicted))
+        results = {name: found[name] for name in ("x", "P", "mode_probability")} | {"status": status.astype(np.uint8)}
+        f = self.filter
+        return Picture(
+            time=time,
+            ids=found["id"],
+            existence=found["existence"],
+            confirmed=found["confirmed"],
+            age=found["age"],
+            plot=np.where(measured, found["plot"], -1),
+            estimate=Estimate(f.components, f.modes, results, f.non_manoeuvring),
+            lone=self._many.lone(),
+            report=report,
+        )
+
+    @property
+    def clutter_per_scan(self) -> dict[str, float]:
+        """What each sensor is believed to see per scan that is not there."""
+        views = [self._many.view(k) for k in range(len(self.radars))]
+        return {name: view.clutter * view.area for name, view in zip(self.radars, views, strict=True)}
+
+    def save(self) -> bytes:
+        """All tracks and what was learned, for :meth:`load` of a tracker made alike."""
+        known = np.array([float(k) for k in self._known])
+        return known.tobytes() + np.array([self._many.view(k).area for k in range(len(known))]).tobytes() + self._many.save()
+
+    def load(self, state: bytes) -> None:
+        """Take up a saved state. Errors: ValueError for one of another tracker."""
+        n = len(self.radars)
+        if len(state) < 16 * n:
+            raise ValueError("state: is cut short, or was saved by another tracker")
+        self.reset()
+        head = np.frombuffer(state[: 16 * n])
+        self._many.restore(state[16 * n :])
+        self._known = [bool(k) for k in head[:n]]
+        for k in range(n):
+            view = self._many.view(k)
+            view.area = float(head[n + k])
+            self._many.set_view(k, view)
+
+
+def _codes(code: ArrayLike, rows: int) -> np.ndarray:
+    codes = np.asarray(code)
+    if codes.shape != (rows,) or not np.issubdtype(codes.dtype, np.integer):
+        raise ValueError(f"code: expected a whole number for each of {rows} plots, -1 where it says none")
+    return np.ascontiguousarray(codes, np.int64)
