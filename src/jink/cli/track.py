@@ -223,7 +223,7 @@ class TrackRequest:
     ] = False
     no_check: Annotated[
         bool,
-        typer.Option("--no-check", rich_help_panel=CLEANING, help="Believe impossible coordinates.", **FLAG),
+        typer.Option("--no-check", rich_help_panel=CLEANING, help="Believe impossible coordinates and tracks.", **FLAG),
     ] = False
 
 
@@ -272,6 +272,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         sort=not request.no_sort,
         drop_duplicates=not request.keep_duplicates,
         drop_stale=not request.keep_stale,
+        check=not request.no_check,
         threads=request.threads,
     )
     columns = parse_columns(request.columns)

@@ -58,6 +58,7 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
             f"{100 * share:.1f} % inside the 95 % band, mean per dimension {mean:.2f} "
             "(1: consistent, of a mixture only roughly)",
         )
+    yield from _listed("Warning", [warning["message"] for warning in summary["warnings"]])
     yield from _listed("Note", summary["notes"])
     yield from _listed(
         "Written", [f"{path} ({_size(Path(path).stat().st_size)})" for path in summary.get("written", [])]

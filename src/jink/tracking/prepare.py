@@ -37,6 +37,7 @@ class Settings:
     sort: bool = True
     drop_duplicates: bool = True
     drop_stale: bool = True
+    check: bool = True
     threads: int | None = None
 
     def __post_init__(self) -> None:
