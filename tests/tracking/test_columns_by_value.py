@@ -120,6 +120,13 @@ def test_scaled_degrees_that_fit_twice_are_refused_with_both_readings(tmp_path):
     car.agrees(tracks, start=False)
 
 
+def test_exchanged_columns_are_refused(tmp_path):
+    east = Journey(latitude=35.6, longitude=139.7)
+    lines = ["time,latitude,longitude", *east.lines("{t},{lon:.6f},{lat:.6f}")]
+    with pytest.raises(InputError, match="exchanged; --columns latitude=longitude,longitude=latitude"):
+        track(tmp_path / "x.csv", lines)
+
+
 def plots(azimuths: float, elevation: float | None, unit: float, count: int = 60) -> list[str]:
     """A target that crosses a radar's beam at 150 m/s, 60 km away; angles in `unit` degrees."""
     rows = []

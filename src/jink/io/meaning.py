@@ -34,7 +34,7 @@ def doubtful(frame: pl.DataFrame, columns: Columns) -> list[str]:
         wanted += [column.name for column in others["target"]]
     if "time" in others and "time" not in columns.given:
         codes = np.zeros(frame.height, int)
-        if doubtful_time(frame[roles["time"].name], codes):
+        if "week" in roles or doubtful_time(frame[roles["time"].name], codes):
             wanted += [column.name for column in others["time"]]
     if "altitude" in others and columns.position == "geographic" and _says_nothing(frame[roles["altitude"].name]):
         wanted += [column.name for column in others["altitude"]]
@@ -169,6 +169,7 @@ def _rescale(sheet: Sheet) -> None:
     if any(column.unit != DEGREE or normal(column.name).endswith(("deg", "degrees")) for column in pairs):
         return
     latitude, longitude = sheet.numbers("latitude"), sheet.numbers("longitude")
+    _exchanged(sheet, latitude, longitude)
     kind, fits = scale(latitude, longitude)
     if kind == "minutes":
         for role, value in (("latitude", latitude), ("longitude", longitude)):
@@ -190,6 +191,19 @@ def _rescale(sheet: Sheet) -> None:
         sheet.roles[role] = replace(sheet.roles[role], unit=factor * DEGREE)
     sheet.notes.append(f"latitude and longitude are taken as {words} (no other unit keeps them on the globe)")
     _millimetres(sheet)
+
+
+def _exchanged(sheet: Sheet, latitude: np.ndarray, longitude: np.ndarray) -> None:
+    """Latitudes beyond 90 beside longitudes within 90: the columns are exchanged."""
+    known = np.isfinite(latitude) & np.isfinite(longitude)
+    north, east = np.abs(latitude[known]), np.abs(longitude[known])
+    # a few such rows are wrong rows; that all of them are is another matter, 91 (AIS: none) apart
+    if north.size > 3 and ((north > 91.0) & (north <= 180.0) & (east <= 90.0)).mean() > 0.9:
+        first, second = sheet.shown("latitude"), sheet.shown("longitude")
+        raise InputError(
+            f"{sheet.where}: the latitudes in column {first!r} lie beyond 90 and the longitudes in {second!r} within, "
+            f"so the two are exchanged; --columns latitude={second},longitude={first} sets it"
+        )
 
 
 def _millimetres(sheet: Sheet) -> None:

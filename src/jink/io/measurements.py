@@ -84,8 +84,9 @@ def measure(
         problems.append(("no identifier", target.is_null().to_numpy(), sheet.series("target")))
     values, unreadable = _positions(sheet, altitude_unit)
     seconds = times.seconds
+    first, second = list(values.values())[:2]
     if times.absolute and not stream:
-        seconds, notes = mend(seconds, sheet.codes(), *list(values.values())[:2], sheet.position)
+        seconds, notes = mend(seconds, sheet.codes(), first, second, sheet.position)
         noticed += notes
     ground = np.zeros(frame.height, bool) if stream else _on_the_ground(sheet, values, seconds)
     if check_coordinates:

@@ -25,6 +25,12 @@ OF_WEEK = {"tow", "gps_tow", "itow", "time_of_week", "gms", "gps_seconds", "seco
 SNAPSHOT = 600.0  # s: a position older than this when it was reported says that the two clocks are not the same
 
 
+def of_week(name: str) -> bool:
+    """Whether a column is called seconds (or milliseconds) of the GPS week."""
+    known = normal(name)
+    return any(known == each or known.startswith(each + "_") for each in OF_WEEK)
+
+
 def doubtful_time(series: pl.Series, codes: np.ndarray) -> bool:
     """Whether a column holds the second of the minute: whole numbers to 63 that start over."""
     value = numbers(series)[0]
@@ -87,12 +93,23 @@ def _clock_text(series: pl.Series) -> pl.Series | None:
     value = numbers(series)[0]
     known = value[np.isfinite(value)]
     compact = known.size and (known >= 0).all() and (known < 240_000).all() and (known > 60).any()
+    if compact and ((known % 100 >= 60).any() or (known // 100 % 100 >= 60).any()) and known.max() <= 86_400.0:
+        return _from_seconds(value)
     if not compact or (known % 100 >= 60).any() or (known // 100 % 100 >= 60).any():
         return None
     whole, _, fraction = (text.str.extract(r"^(\d+)", 1), None, text.str.extract(r"\.(\d+)$", 1))
     whole = whole.str.zfill(6)
     clock = whole.str.slice(0, 2) + ":" + whole.str.slice(2, 2) + ":" + whole.str.slice(4, 2)
     return clock + "." + fraction.fill_null("0")
+
+
+def _from_seconds(value: np.ndarray) -> pl.Series:
+    """Seconds of the day as text."""
+    micros = np.round(np.nan_to_num(value) * 1e6).astype("int64")
+    text = [
+        f"{m // 3_600_000_000:02d}:{m // 60_000_000 % 60:02d}:{m % 60_000_000 / 1e6:09.6f}" for m in micros.tolist()
+    ]
+    return pl.Series([one if known else None for one, known in zip(text, np.isfinite(value), strict=True)])
 
 
 def _date_text(sheet: Sheet) -> pl.Series | None:
@@ -154,13 +171,16 @@ def _of_week(sheet: Sheet) -> Times | None:
     """GPS week and seconds of the week to UTC."""
     if "week" not in sheet:
         return None
-    column = sheet.roles["time"]
+    column = next(
+        (each for each in (sheet.roles["time"], *sheet.others.get("time", ())) if of_week(each.name)),
+        sheet.roles["time"],
+    )
+    sheet.roles["time"] = column
     week, second = sheet.numbers("week"), sheet.numbers("time") * (column.unit or 1.0)
     known = second[np.isfinite(second)]
     week_known = week[np.isfinite(week)]
-    named = any(normal(column.name) == name or normal(column.name).startswith(name + "_") for name in OF_WEEK)
     fits = known.size and week_known.size and (week_known > 0).all() and (week_known < 5000).all()
-    if not fits or not (named or known.max() < WEEK):
+    if not fits or not of_week(column.name):
         sheet.drop("week")
         return None
     note = "times are GPS weeks and seconds, turned to UTC"
