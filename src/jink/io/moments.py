@@ -33,6 +33,8 @@ def of_week(name: str) -> bool:
 
 def doubtful_time(series: pl.Series, codes: np.ndarray) -> bool:
     """Whether a column holds the second of the minute: whole numbers to 63 that start over."""
+    if _is_text(series):
+        return False
     value = numbers(series)[0]
     known = np.isfinite(value)
     if known.sum() < 4 or (value[known] < 0).any() or (value[known] > 63).any() or (value[known] % 1).any():
@@ -223,6 +225,14 @@ def _less_age(sheet: Sheet, times: Times) -> Times:
     return Times(seconds, times.absolute, [], times.of_day)
 
 
+def _is_text(series: pl.Series) -> bool:
+    """Whether the first values are text and no numbers, so that the others need not be tried."""
+    if series.dtype != pl.String:
+        return False
+    first = series.drop_nulls().head(100)
+    return first.str.strip_chars().cast(pl.Float64, strict=False).count() == 0
+
+
 def with_midnights(seconds: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, int]:
     """Times of day go on after midnight: 86,400 s more for every step back of more than half a day."""
     order = np.flatnonzero(np.isfinite(seconds))
@@ -240,6 +250,8 @@ def with_midnights(seconds: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, 
 
 def wants_motion(series: pl.Series) -> bool:
     """Whether the size of the numbers leaves open what they count."""
+    if _is_text(series):
+        return False
     value = numbers(series)[0]
     known = np.abs(value[np.abs(value) < WILD])
     return known.size >= 0.5 * series.count() and known.size > 0 and float(np.median(known)) < EARLY
