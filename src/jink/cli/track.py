@@ -272,6 +272,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         sort=not request.no_sort,
         drop_duplicates=not request.keep_duplicates,
         drop_stale=not request.keep_stale,
+        check_start=not request.no_check,
         threads=request.threads,
     )
     columns = parse_columns(request.columns)

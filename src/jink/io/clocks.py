@@ -229,7 +229,7 @@ def _day_in_digits(value: np.ndarray) -> Times | None:
     known = value[np.isfinite(value)]
     if known.size < 20 or known.min() < 0 or known.max() >= 240_000 or np.ptp(known // 100) < 2:
         return None
-    second, minute = known % 100, known // 100 % 100
+    second, minute = np.floor(known % 100), known // 100 % 100
     # plain seconds would fall on 60 to 99 in two of five cases: of 20 that never do one in 27,000 is left; but steps
     # such as 5,000 never do either, so several seconds (or minutes, over an hour) have to occur
     several = np.unique(second).size >= 5 or (np.unique(minute).size >= 5 and np.ptp(known // 10_000) >= 1)

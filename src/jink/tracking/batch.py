@@ -87,6 +87,7 @@ def track(
         sort=sort,
         drop_duplicates=drop_duplicates,
         drop_stale=drop_stale,
+        check_start=check_coordinates,
         threads=threads,
     )
     conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from)
