@@ -178,6 +178,22 @@ def test_a_date_and_seconds_of_the_day(tmp_path):
     CAR.agrees(track(tmp_path / "x.csv", ["date,time,latitude,longitude", *lines])[0])
 
 
+@pytest.mark.parametrize("head", ["year,month,day,hour,minute,second", "YYYY,MM,DD,hh,min,sec"])
+def test_year_month_day_and_the_rest_in_columns_of_their_own(tmp_path, head):
+    head += ",latitude,longitude"
+    lines = CAR.lines("{t},{lat:.6f},{lon:.6f}", "%Y,%m,%d,%H,%M,%S.0")
+    tracks, _, summary = track(tmp_path / "x.csv", [head, *lines])
+    CAR.agrees(tracks)
+    assert any("put together from the columns" in note for note in summary["notes"])
+
+
+def test_seconds_and_nanoseconds_in_two_columns(tmp_path):
+    fast = Journey(step=0.25, count=80)
+    lines = [f"{int(t.timestamp())},{t.microsecond * 1000},{p[0]:.8f},{p[1]:.8f}" for _, (t, p) in _pairs(fast)]
+    head = "header.stamp.secs,header.stamp.nsecs,latitude,longitude"
+    fast.agrees(track(tmp_path / "x.csv", [head, *lines])[0])
+
+
 def test_epochs_with_a_decimal_comma(tmp_path):
     lines = [f"{t.timestamp():.1f};{p[0]:.6f};{p[1]:.6f}".replace(".", ",") for _, (t, p) in _pairs(CAR)]
     CAR.agrees(track(tmp_path / "x.csv", ["time;latitude;longitude", *lines])[0])

@@ -64,6 +64,19 @@ def test_identifiers_of_movement_data_are_known(tmp_path, name):
     assert summary["columns"]["target"] == name
 
 
+@pytest.mark.parametrize(
+    "head",
+    [
+        "OSD.time,OSD.latitude,OSD.longitude",
+        "%time,field.latitude,field.longitude",
+        "/fix/header/stamp,/fix/latitude,/fix/longitude",
+        "Time (UTC),GPS Latitude (deg),GPS Longitude (deg)",
+    ],
+)
+def test_names_may_be_paths(tmp_path, head):
+    CAR.agrees(track(tmp_path / "x.csv", [head, *CAR.lines("{e:.0f},{lat:.6f},{lon:.6f}")])[0])
+
+
 SOUTHWEST = Journey(latitude=-28.6, longitude=-17.9)
 
 

@@ -17,7 +17,16 @@ from .columns import Column, Columns, normal
 from .coordinates import angles, from_minutes, pair, scale, signs
 from .errors import InputError
 from .identity import choose_target, unique_per_row
-from .moments import choose_time, doubtful_time, read_moments, wants_motion, with_date, with_midnights
+from .moments import (
+    choose_time,
+    doubtful_time,
+    read_moments,
+    wants_motion,
+    with_date,
+    with_midnights,
+    with_nanoseconds,
+    with_parts,
+)
 from .sheet import Sheet
 from .units import DEGREE, LENGTH, SPEED
 from .values import WITH_UNIT, numbers
@@ -49,6 +58,8 @@ def understand(
     Errors: InputError for what stays ambiguous.
     """
     sheet = Sheet.of(where, frame, columns, how)
+    with_parts(sheet)
+    with_nanoseconds(sheet)
     if not stream:
         choose_target(sheet)
         choose_time(sheet)

@@ -46,9 +46,54 @@ def doubtful_time(series: pl.Series, codes: np.ndarray) -> bool:
 
 
 def choose_time(sheet: Sheet) -> None:
-    """Another column where the usual one is the second of the minute."""
+    """Another column where the usual one is the second of the minute; years, months and days put together."""
     if "time" not in sheet.told and doubtful_time(sheet.series("time"), sheet.codes()):
         _not_the_second(sheet)
+
+
+def with_parts(sheet: Sheet) -> None:
+    """Year, month, day and what there is of hour, minute and second in columns of their own become one text."""
+    if "year" not in sheet or sheet.roles["time"].name != sheet.roles["year"].name:
+        return
+    parts = ("year", "month", "day", "hour", "minute", "second")
+    there = [part for part in parts if part in sheet]
+    value = {part: sheet.numbers(part) if part in there else np.zeros(sheet.frame.height) for part in parts}
+    whole, fraction = np.floor(value["second"]), value["second"] % 1.0
+    table = pl.DataFrame({part: value[part] for part in parts[:5]} | {"second": whole})
+    table = table.with_columns(pl.all().fill_nan(None).cast(pl.Int64, strict=False).cast(pl.String).str.zfill(2))
+    micros = pl.Series("f", np.round(np.nan_to_num(fraction) * 1e6)).cast(pl.Int64).cast(pl.String).str.zfill(6)
+    text = (
+        table.with_columns(micros)
+        .select(
+            pl.concat_str(
+                [
+                    pl.concat_str("year", "month", "day", separator="-"),
+                    pl.lit(" "),
+                    pl.concat_str("hour", "minute", "second", separator=":"),
+                    pl.lit("."),
+                    pl.col("f"),
+                ]
+            )
+        )
+        .to_series()
+    )
+    shown = " + ".join(sheet.shown(part) for part in there)
+    sheet.put("time", text, None, shown)
+    sheet.notes.append(f"times are put together from the columns {shown.replace(' + ', ', ')}")
+    sheet.drop(*parts)
+
+
+def with_nanoseconds(sheet: Sheet) -> None:
+    """Whole seconds in one column and nanoseconds in another, as ROS writes time stamps."""
+    if "nanosecond" not in sheet:
+        return
+    second, nano = sheet.numbers("time"), sheet.numbers("nanosecond")
+    known = np.isfinite(second) & np.isfinite(nano)
+    fits = known.any() and (second[known] % 1 == 0).all() and (nano[known] >= 0).all() and (nano[known] < 1e9).all()
+    if fits and (second[known] < 1e10).all():
+        shown = f"{sheet.shown('time')} + {sheet.shown('nanosecond')}"
+        sheet.put("time", second + 1e-9 * nano, None, shown)
+    sheet.drop("nanosecond")
 
 
 def _not_the_second(sheet: Sheet) -> None:

@@ -41,7 +41,9 @@ ROLES: Named = {
                 "seconds_of_week",
                 "study_local_timestamp",
             ),
-            *("recorded_at", "created_at", "fix_time", "gpstime", "when", "zeit", "heure", "hora"),
+            *("recorded_at", "created_at", "fix_time", "gpstime", "when", "zeit", "heure", "hora", "tst"),
+            *("timestamp_external", "timestampexternal", "pos_time", "postime", "stamp", "header_stamp", "stamp_sec"),
+            *("stamp_secs", "secs", "sec", "updatetime", "update_time"),
         ),
     ),
     "latitude": (ANGLE, ("latitude", "lat", "position_latitude", "location_lat", "gps_lat", "gps_latitude")),
@@ -83,6 +85,16 @@ ROLES: Named = {
         ),
     ),
     "date": ({}, ("date", "utc_date", "date_utc", "gps_date", "local_date", "day", "datum", "fecha")),
+    "year": ({}, ("year", "yyyy", "yr", "jahr", "annee", "ano")),
+    "month": ({}, ("month", "mm", "mon", "mo", "monat", "mois", "mes")),
+    "day": ({}, ("day", "dd", "day_of_month", "dy", "tag", "jour", "dia")),
+    "hour": ({}, ("hour", "hh", "hr", "hours", "stunde", "heure")),
+    "minute": ({}, ("minute", "mi", "min", "mn", "minutes")),
+    "second": ({}, ("second", "ss", "sec", "secs", "seconds", "sekunde")),
+    "nanosecond": (
+        {},
+        ("nsecs", "nsec", "nanosec", "nanosecs", "nanoseconds", "nanosecond", "stamp_nsec", "stamp_nsecs"),
+    ),
     "week": ({}, ("gps_week", "gpsweek", "gwk", "week", "gps_week_number", "week_number", "wn")),
     "north_south": (
         {},
@@ -105,7 +117,7 @@ ROLES: Named = {
     "accuracy": (
         LENGTH,
         (
-            *("accuracy", "horizontal_accuracy", "accuracy_horizontal", "h_accuracy", "hacc", "h_acc", "eph"),
+            *("accuracy", "horizontal_accuracy", "accuracy_horizontal", "h_accuracy", "hacc", "h_acc", "eph", "acc"),
             *("accuracy_h", "location_accuracy", "gps_accuracy", "position_sd", "est_horizontal_error"),
         ),
     ),
@@ -133,6 +145,7 @@ ROLES: Named = {
     ),
 }
 MARKS = {
+    *("year", "month", "day", "hour", "minute", "second", "nanosecond"),
     *("place", "date", "week", "north_south", "east_west", "position_time", "age"),
     *("accuracy", "vertical_accuracy", "on_ground", "valid", "outlier"),
 }

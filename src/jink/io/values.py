@@ -18,7 +18,7 @@ def numbers(series: pl.Series) -> tuple[np.ndarray, np.ndarray]:
     if series.dtype in (pl.Categorical, pl.Enum):
         series = series.cast(pl.String)
     if series.dtype == pl.String:
-        text = series.str.strip_chars()
+        text = series.str.strip_chars().str.replace("\u2212", "-")
         empty = text.is_null() | text.str.to_lowercase().is_in(EMPTY)
         value = text.cast(pl.Float64, strict=False)
         bad = ~empty & (value.is_null() | value.is_nan())
