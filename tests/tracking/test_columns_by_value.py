@@ -95,6 +95,7 @@ SOUTHWEST = Journey(latitude=-28.6, longitude=-17.9)
         ("time;geometry", "{t};POINT(-{b:.6f} -{a:.6f})"),
         ("time;lonlat", "{t};-{b:.6f},-{a:.6f}"),
         ("time;latitude;longitude", "{t};-{comma_a};-{comma_b}"),
+        ("time,lat,lon", '{t},"-{comma_a}","-{comma_b}"'),
         ("time,lat,lon", "{t},-{a7:.0f},-{b7:.0f}"),
         ("time,latitudeE7,longitudeE7", "{t},-{a7:.0f},-{b7:.0f}"),
     ],
@@ -285,3 +286,18 @@ def test_ais_says_where_no_position_is_available(tmp_path):
     tracks, rejected, _ = track(tmp_path / "x.csv", lines)
     CAR.agrees(tracks, rows=38)
     assert rejected["row"].to_list() == [5, 8] and "no longitude is available" in rejected["reason"][1]
+
+
+def test_a_comma_that_could_be_either_is_not_guessed(tmp_path):
+    lines = ["id;time;x;y", *[f"a;{i};{1 + i},{100 + i};5" for i in range(12)]]
+    with pytest.raises(InputError, match="x is not a number"):
+        track(tmp_path / "x.csv", lines)
+    lines = ["id,time,latitude,longitude,altitude_ft", *CAR.lines('a,{t},{lat:.6f},{lon:.6f},"35,000"')]
+    assert track(tmp_path / "y.csv", lines)[0]["altitude"].median() == pytest.approx(10_668.0, abs=1.0)
+
+
+def test_a_row_may_begin_with_the_sign_of_a_comment(tmp_path):
+    lines = ["id,time,latitude,longitude", *CAR.lines("#7,{t},{lat:.6f},{lon:.6f}")]
+    tracks, _, _ = track(tmp_path / "x.csv", lines)
+    CAR.agrees(tracks)
+    assert tracks["target"][0] == "#7"

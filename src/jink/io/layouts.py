@@ -70,6 +70,12 @@ LAYOUTS = (
         "altitude in feet, time in milliseconds",
     ),
     Layout(
+        "OwnTracks",
+        frozenset({"tst", "lat", "lon", "acc"}),
+        {"time_s": "tst", "accuracy_m": "acc"},
+        "tst in seconds since 1970, acc in metres",
+    ),
+    Layout(
         "RadarScenes detections",
         frozenset({"range_sc", "azimuth_sc"}),
         {"range_m": "range_sc", "azimuth_rad": "azimuth_sc"},

@@ -148,10 +148,14 @@ def _split(sheet: Sheet) -> None:
 
 
 def _from_text(sheet: Sheet, role: str) -> None:
-    """Letters and degree signs in the fields."""
+    """Letters and degree signs in the fields; a comma in them is a decimal one."""
     series = sheet.series(role)
     if series.dtype != pl.String:
         return
+    comma = series.str.contains(r"^\s*[+-]?\d{1,3},\d+\s*$")
+    if comma.any():
+        series = series.str.replace(",", ".")
+        sheet.put(role, series, sheet.roles[role].unit, sheet.shown(role))
     plain = series.str.strip_chars().cast(pl.Float64, strict=False)
     if plain.count() >= 0.5 * series.count() or sheet.roles[role].unit != DEGREE:
         return

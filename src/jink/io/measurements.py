@@ -117,7 +117,7 @@ def _positions(sheet: Sheet, altitude_unit: str | None) -> tuple[dict[str, np.nd
     problems: list[Problem] = []
     for name in (n for n in DIMENSIONS[sheet.position] if n in sheet):
         column = sheet.roles[name]
-        number, bad = numbers(sheet.series(name))
+        number, bad = numbers(sheet.series(name), thousands=name == "altitude")
         unit = _unit(sheet, name, number, altitude_unit)
         with np.errstate(over="ignore"):
             values[name] = number * unit

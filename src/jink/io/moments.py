@@ -207,6 +207,8 @@ def read_moments(sheet: Sheet, time_unit: str | None, motion: Motion | None) -> 
     column = sheet.roles["time"]
     times = _of_week(sheet) or read_times(sheet.where, sheet.series("time"), column.unit, time_unit, sheet.how, motion)
     sheet.notes += times.notes
+    if "time" in sheet.told:
+        sheet.drop("position_time")
     if "position_time" in sheet:
         times = _of_position(sheet, times, time_unit)
     if "age" in sheet:

@@ -117,7 +117,7 @@ ROLES: Named = {
     "accuracy": (
         LENGTH,
         (
-            *("accuracy", "horizontal_accuracy", "accuracy_horizontal", "h_accuracy", "hacc", "h_acc", "eph", "acc"),
+            *("accuracy", "horizontal_accuracy", "accuracy_horizontal", "h_accuracy", "hacc", "h_acc", "eph"),
             *("accuracy_h", "location_accuracy", "gps_accuracy", "position_sd", "est_horizontal_error"),
         ),
     ),
