@@ -42,7 +42,7 @@ def write_kml(tracks: pl.DataFrame, handle: IO[bytes]) -> None:
 
 
 def _parts(tracks: pl.DataFrame) -> Iterator[tuple[str, pl.DataFrame]]:
-    """Name and rows (latitude, longitude, altitude, time as ISO 8601 or null) of each part, in the order of the table."""
+    """Name and rows (latitude, longitude, altitude, time as ISO 8601 or null) of each part, in the table's order."""
     if "altitude" not in tracks.columns:
         tracks = tracks.with_columns(altitude=pl.lit(None, pl.Float64))
     dated = isinstance(tracks.schema["time"], pl.Datetime)

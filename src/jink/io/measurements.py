@@ -22,7 +22,7 @@ from .clocks import NONE, Conventions
 from .columns import Columns, normal
 from .errors import InputError
 from .meaning import understand
-from .quality import GROUND_SD, accuracies, grounded, on_the_ground, placeholders, refused, speeds
+from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
 from .sheet import Problem, Sheet
 from .values import numbers, texts
 
@@ -41,8 +41,8 @@ class Measurements:
     """Measurements in SI units, one row per readable input row, and what was noticed on the way.
 
     `rows` has file, row, target, source, time (seconds, since 1970 when `absolute`), the position's
-    components (NaN: missing), speed, position_sd and altitude_sd (from ADS-B accuracy categories; NaN: not
-    stated).
+    components (NaN: missing), speed, position_sd and altitude_sd (as each row states; NaN: not stated), and dilution
+    (how much rougher a row is than the middle one).
     """
 
     rows: pl.DataFrame
@@ -103,6 +103,7 @@ def measure(
         *[pl.Series(name, value) for name, value in values.items()],
         pl.Series("speed", speeds(sheet)),
         position_sd,
+        pl.Series("dilution", dilution(sheet)),
         pl.Series("altitude_sd", np.where(ground, GROUND_SD, altitude_sd.to_numpy())),
     )
     rejected, good = _reject(rows, problems)

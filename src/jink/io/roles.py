@@ -128,6 +128,14 @@ ROLES: Named = {
             *("altitude_accuracy", "altitude_sd", "est_vertical_error"),
         ),
     ),
+    "variance": (
+        {},
+        (
+            *("position_covariance0", "position_covariance_0", "position_variance", "cov_xx", "covariance_xx"),
+            *("var_x", "variance_x", "cov_x_x"),
+        ),
+    ),
+    "hdop": ({}, ("hdop", "gps_hdop", "h_dop")),
     "on_ground": ({}, ("on_ground", "onground", "is_on_ground", "isonground", "alt_baro")),
     "valid": (
         {},
@@ -147,7 +155,7 @@ ROLES: Named = {
 MARKS = {
     *("year", "month", "day", "hour", "minute", "second", "nanosecond"),
     *("place", "date", "week", "north_south", "east_west", "position_time", "age"),
-    *("accuracy", "vertical_accuracy", "on_ground", "valid", "outlier"),
+    *("accuracy", "vertical_accuracy", "variance", "hdop", "on_ground", "valid", "outlier"),
 }
 
 CUSTOMARY_UNIT = {
