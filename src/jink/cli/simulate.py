@@ -62,7 +62,7 @@ def run_simulate(request: SimulateRequest) -> int:
 
 
 def _run(request: SimulateRequest) -> int:
-    from ..io.writing import check_writable, format_of
+    from ..io.writing import MAPS, check_writable, format_of
 
     began = clock.perf_counter()
     check_at_least(1, runs=request.runs)
@@ -70,8 +70,10 @@ def _run(request: SimulateRequest) -> int:
     check_kind(request.kind)
     output = Path(request.output)
     file_format = format_of(output)
-    if file_format == "geojson":
-        raise InputError(f"the output {output} cannot be GeoJSON: scenarios are on no map; write to .parquet or .csv")
+    if file_format in MAPS:
+        raise InputError(
+            f"the output {output} cannot be {MAPS[file_format]}: scenarios are on no map; write to .parquet or .csv"
+        )
     check_writable(output)
     if output.exists() and Path(request.name).exists() and output.samefile(request.name):
         raise InputError(f"{output} is an input; the output needs another name")

@@ -75,7 +75,8 @@ class TrackRequest:
             "-o",
             metavar="FILE",
             rich_help_panel=OUTPUT,
-            help="Write the tracks: .parquet, .csv, .jsonl, .geojson or .arrow.",
+            help="Write the tracks: .parquet, .csv, .jsonl, .geojson, .gpx, .kml or .arrow; '-' writes JSON Lines to "
+            "standard output. Without any output, the summary and the first tracks are shown.",
         ),
     ] = None
     report: Annotated[
@@ -314,15 +315,16 @@ def _run_live(request: TrackRequest) -> int:
 
 def _run_files(request: TrackRequest) -> int:
     from ..io.files import expand
-    from ..io.writing import check_writable, format_of
+    from ..io.writing import MAPS, check_writable, format_of
 
     began = clock.perf_counter()
-    if not (request.output or request.report or request.json):
+    if request.quiet and not (request.output or request.report or request.json):
         raise InputError(
             "nothing to write: give -o tracks.parquet (or .csv, .jsonl, .geojson), --report page.html, "
             "or --json for the summary alone"
         )
-    output = Path(request.output) if request.output else None
+    answered = request.output == "-"
+    output = Path(request.output) if request.output and not answered else None
     report = Path(request.report) if request.report else None
     kind = format_of(output) if output else ""
     inputs = {path.resolve() for path in expand(request.inputs)}
@@ -336,9 +338,9 @@ def _run_files(request: TrackRequest) -> int:
         from ..tracking.batch import run
 
         loaded = load_files(request.inputs, reading, lambda done, total: progress("reading", done, total))
-        if kind == "geojson" and loaded.measurements.position != "geographic" and settings.site is None:
+        if kind in MAPS and loaded.measurements.position != "geographic" and settings.site is None:
             raise InputError(
-                "GeoJSON needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
+                f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
             )
         tracked = run(loaded, settings, progress)
         written = _write(tracked, output, kind, report, progress)
@@ -346,11 +348,27 @@ def _run_files(request: TrackRequest) -> int:
     tracked.summary["seconds"] = clock.perf_counter() - began
     if request.json:
         sys.stdout.write(json.dumps(tracked.summary, indent=2, ensure_ascii=False, default=str) + "\n")
+    elif answered:
+        _answer(tracked, request.quiet)
     elif not request.quiet:
         from ..report.summary_table import show
 
         show(tracked.summary)
+        if not written:
+            from ..report.first_tracks import show_first
+
+            show_first(tracked.tracks)
     return 0
+
+
+def _answer(tracked: Any, quiet: bool) -> None:
+    """Tracks as JSON Lines on standard output, and on standard error what is in none."""
+    from ..io.writing import write_tracks
+
+    write_tracks(tracked.tracks, sys.stdout.buffer, "jsonl")
+    if not quiet and tracked.rejected.height:
+        why = ", ".join(f"{count:,} {reason}" for reason, count in tracked.summary["rejected"].items())
+        sys.stderr.write(f"jink: {tracked.rejected.height:,} rows are in no track: {why}\n")
 
 
 def _write(tracked: Any, output: Path | None, kind: str, report: Path | None, progress: Any) -> list[Path]:

@@ -87,7 +87,7 @@ def _figure(line: dict[str, Any], name: str) -> str:
         low, high = (f"{factor * value:.2g}" for value in line[f"{name}_sd_range"])
         origin += f"; {low} to {high} {unit} by target"
     stated = line.get(f"{name}_sd_stated_rows")
-    origin += f"; as ADS-B states in {stated:,} rows" if stated else ""
+    origin += f"; as the source states in {stated:,} rows" if stated else ""
     return f"{name} {factor * line[f'{name}_sd']:.2g} {unit} ({origin})"
 
 

@@ -92,7 +92,8 @@ class Prepared:
 def prepare(measurements: Measurements, settings: Settings) -> Prepared:
     """Clean, place, tell the noise and choose filters; the measurements' own rows are let go. Errors: InputError."""
     pace = Pace.of(usual_step(measurements.rows), settings)
-    how = Cleaning(pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale)
+    fastest = kind_of(settings.kind).speed if settings.check else 0.0
+    how = Cleaning(pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale, fastest)
     cleaned = clean(measurements.rows, measurements.position, how)
     measurements.rows = measurements.rows.clear()
     site = None if measurements.position == "geographic" else settings.site

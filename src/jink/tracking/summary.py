@@ -19,6 +19,7 @@ CLEANED = {
     "stale_positions": "stale (repeated) positions taken as missing",
     "missing_positions": "rows without a position, predicted",
     "without_position": "rows rejected because no position is near in time",
+    "wrong_starts": "first positions rejected because the next contradict them",
     "gaps": "gaps that begin a new part",
     "short_parts": "parts rejected as too short",
 }
