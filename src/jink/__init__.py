@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         TwoStageAcceleration,
     )
     from .filters.aided import Aided
+    from .filters.axis_by_axis import AxisByAxis
     from .filters.current_statistical import CurrentStatistical, FuzzyLimits
     from .filters.fuzzy_imm import FuzzyNoise
     from .filters.input_estimation import InputEstimation
@@ -48,6 +49,7 @@ __all__ = [
     "AdaptiveIMM",
     "Aided",
     "AugmentedAcceleration",
+    "AxisByAxis",
     "Bearing",
     "ConstantAcceleration",
     "ConstantVelocity",
@@ -91,6 +93,7 @@ _LATER = {
     "AdaptiveIMM": "filters.adaptive_imm",
     "Aided": "filters.aided",
     "AugmentedAcceleration": "filters.adaptive_imm",
+    "AxisByAxis": "filters.axis_by_axis",
     "CurrentStatistical": "filters.current_statistical",
     "DigraphSwitching": "filters.variable_structure",
     "FILTERS": "catalogue.registry",
