@@ -24,7 +24,7 @@ TITI: dict[str, Trainer] = {
     f"titi-guney-{speed}{rate}-{model}": titi_guney.as_published(slowness, model, interval)
     for rate, interval in (("", 1.0), ("-20hz", 0.05))
     for speed, slowness in (("sluggish", 1e4), ("tuned", 1.0))
-    for model in ("linear", "anfis", "network")
+    for model in ("linear", "literal", "anfis", "network")
 }
 TRAINERS: dict[str, Trainer] = {
     "lee-2003-ga": lee.by_genetic_algorithm(0.95),
