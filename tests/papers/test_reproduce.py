@@ -130,6 +130,20 @@ def test_lee_our_own_rules(outcomes):
             below(figure(outcomes["lee-2003"], "three manoeuvres", filter, metric), limit)
 
 
+def test_lee_what_rules_add_to_constants_within_the_same_bounds(outcomes):
+    """One rule per mode is a constant; several gain below one per cent."""
+    outcome = outcomes["lee-2003"]
+    over = {
+        name: figure(outcome, "three manoeuvres", name, "position_rmse_over_constants").measured
+        for name in ("ga", "ga, λ = 1", "best fuzzy")
+    }
+    assert_allclose(over["ga"], 1.0, atol=1e-6)
+    assert 0.99 < over["ga, λ = 1"] < 1.0 and 0.99 < over["best fuzzy"] < 1.0
+    (sheet,) = sheets(outcome)
+    assert "ga: rules per mode: 1, 1, 1, which are constants" in sheet.notes
+    assert "ga, λ = 1: rules per mode: 8, 4, 5" in sheet.notes
+
+
 def test_titi_guney_what_an_aid_does_and_does_not(outcomes):
     outcome = outcomes["titi-guney"]
     over = ("position_rmse_over_kf", "position_rmse_over_kf + line")
@@ -240,6 +254,26 @@ def test_the_page_holds_every_row_and_drawing(outcomes):
         svg = "<svg" + figure_text.split("<svg", 1)[1].split("</svg>")[0] + "</svg>"
         root = ElementTree.fromstring(svg)
         assert len(list(root)) > 5 and "nan" not in svg
+
+
+def test_drawings_show_the_tuned_filter_beside_the_sluggish_one(outcomes):
+    titles = [drawing.title for drawing in PAPERS["titi-guney"].draw(outcomes["titi-guney"].races)]
+    for number in ("3", "4", "5b", "5c"):
+        assert [t.endswith("tuned filter") for t in titles if t.startswith(f"Figure {number}:")] == [False, True]
+
+
+def test_drawings_of_choi_have_the_paper_s_training_and_the_median_seed(outcomes):
+    """Figure 8: trained on circles, tested on a circle; figure 9: trained on lines and circles, tested on a circle."""
+    races = outcomes["choi-2001"].races
+    charts = {drawing.title[:8]: drawing for drawing in PAPERS["choi-2001"].draw(races)}
+    for figure_name, training in (("Figure 8", "nnvsmm, training 2"), ("Figure 9", "nnvsmm, training 3")):
+        chart = charts[figure_name]
+        assert chart.title.endswith("tested on a circle (Sc 2)")
+        (line,) = [line for line in chart.lines if line.label.startswith("nnvsmm")]
+        assert line.label == training
+        seeds = {f"{training} #{k}": races["Sc 2"].figure(f"{training} #{k}", "position_rmse").value for k in range(5)}
+        middle = sorted(seeds, key=lambda name: seeds[name])[2]
+        assert_allclose(line.y, races["Sc 2"].tallies[middle].over_time("position")[0])
 
 
 def test_seeds_and_interruption():

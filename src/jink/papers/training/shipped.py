@@ -30,6 +30,7 @@ TRAINERS: dict[str, Trainer] = {
     "lee-2003-ga": lee.by_genetic_algorithm(0.95),
     "lee-2003-ga-error": lee.by_genetic_algorithm(1.0),
     "lee-2003-best": lee.with_transition("lee-2003", 3, 2),
+    "lee-2003-best-constants": lee.with_transition("lee-2003", 3, 1),
     "fuzzy-kalman": lee.with_transition("random-accelerations", 1, 6),
     **TITI,
     "nn-kf": titi_guney.fed_by_history("network", 8, **NETWORK),
