@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         TwoStageAcceleration,
     )
     from .filters.aided import Aided
+    from .filters.axis_by_axis import AxisByAxis
     from .filters.current_statistical import CurrentStatistical, FuzzyLimits
     from .filters.fuzzy_imm import FuzzyNoise
     from .filters.imm import IMM
@@ -47,6 +48,7 @@ __all__ = [
     "AdaptiveIMM",
     "Aided",
     "AugmentedAcceleration",
+    "AxisByAxis",
     "Bearing",
     "ConstantAcceleration",
     "ConstantVelocity",
@@ -90,6 +92,7 @@ _HOME = {
     "AdaptiveIMM": "filters.adaptive_imm",
     "Aided": "filters.aided",
     "AugmentedAcceleration": "filters.adaptive_imm",
+    "AxisByAxis": "filters.axis_by_axis",
     "Bearing": "models.sensor",
     "ConstantAcceleration": "models.motion",
     "ConstantVelocity": "models.motion",

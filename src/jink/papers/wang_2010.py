@@ -223,7 +223,8 @@ WANG_2010 = Paper(
         "a is the acceleration predicted for the scan, which is the estimate before; a margin a_max − |a| below "
         "1% of a_max counts as "
         "that, or the filter would freeze.",
-        "The paper prints its RMSE as figures only; the one published number is the run time, 1.07 of CSAF's.",
+        "The paper prints its RMSE as figures only; the one published number is the run time, 1.07 of CSAF's. Ours "
+        "depends on the machine and its load.",
     ),
     remarks=(
         "FACS is better than CSAF in both of the paper's experiments and pays for it at a strong onset, which "

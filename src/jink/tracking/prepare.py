@@ -106,8 +106,9 @@ def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
     level = noise_levels(placed, settings.sensor_sd, settings.kind)
     purpose, filter = choose(placed.components, level.typical, pace, settings)
     covariance = None
+    named = settings.filter is None or isinstance(settings.filter, str)
     # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
-    if filter is not settings.filter or getattr(filter, "fitted", {}).get("noise") == "of each row":
+    if named or getattr(filter, "fitted", {}).get("noise") == "of each row":
         begin_with_height(placed, level.covariance)
         covariance = None if level.uniform else level.covariance
     elif settings.sensor_sd:
