@@ -17,6 +17,7 @@ struct Life {
     int age = -1;                 // scans since birth; -1 until the scan of its birth is over
     int plots = 0;                // scans in which it had a plot
     bool confirmed = false;
+    bool outside = false;         // of every field of view
     int plot = -1;                // its most probable plot of the last scan, as a row of that scan, or -1
     double share = 0.0;           // probability that it had one of the plots
 };

@@ -14,6 +14,7 @@ from .models.start import OnePoint, Prior, TwoPoint
 from .models.switching import Sojourn
 
 if TYPE_CHECKING:
+    from .association import Tracker
     from .catalogue.choose import choose_filter, default_filter
     from .catalogue.registry import FILTERS
     from .catalogue.targets import KINDS
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from .filters.variable_dimension import VariableDimension
     from .filters.variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
     from .models.fuzzy import FuzzyRules
+    from .models.radar import Radar
     from .tracking.batch import track
 
 __all__ = [
@@ -69,10 +71,12 @@ __all__ = [
     "Position",
     "PositionVelocity",
     "Prior",
+    "Radar",
     "Singer",
     "Sojourn",
     "StaticMM",
     "Status",
+    "Tracker",
     "TwoPoint",
     "TwoStageAcceleration",
     "VariableDimension",
@@ -103,7 +107,9 @@ _LATER = {
     "KINDS": "catalogue.targets",
     "NetworkNoise": "filters.neural_vsmm",
     "NeuralModes": "filters.neural_vsmm",
+    "Radar": "models.radar",
     "StaticMM": "filters.pseudo_bayesian",
+    "Tracker": "association",
     "TwoStageAcceleration": "filters.adaptive_imm",
     "VariableDimension": "filters.variable_dimension",
     "choose_filter": "catalogue.choose",

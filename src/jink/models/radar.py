@@ -19,7 +19,7 @@ class Radar:
 
     What is measured is ``sd`` (m, positions), or ``range_sd`` (m) and ``azimuth_sd`` (rad) from ``site``, or any
     ``sensor`` of :mod:`jink.models.sensor`; the filter's own sensor if none is given. detection: probability that a
-    target is seen in a scan. clutter_per_scan: false plots, None: learned from the plots, which otherwise correct it.
+    target is seen in a scan. clutter_per_scan: false plots, None: learned from the plots, which otherwise correct it unless learn_clutter=False.
     area: (x from, x to, y from, y to) in m, or ``reach`` (m) around the site: what the sensor looks at; None: where its
     plots are. period (s): of a scan. scanning=False: reports come when they come (ADS-B), so that none is missed.
     Errors: ValueError naming what makes no sense.
@@ -36,6 +36,7 @@ class Radar:
     area: Sequence[float] | None = None
     reach: float | None = None
     scanning: bool = True
+    learn_clutter: bool = True
     name: str = "radar"
 
     def __post_init__(self) -> None:
