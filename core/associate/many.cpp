@@ -183,7 +183,7 @@ void Many::bear(double t, int sensor, ScanReport &report) {
         const int slot = pool.take();
         Life &one = pool.life[slot];
         one.id = next_id++, one.code = plots.code[j];
-        one.existence = r, one.begun = one.seen = t;
+        one.existence = one.birth = r, one.begun = one.seen = t;
         one.plots = 1, one.plot = j, one.share = 1.0;
         born.push_back({slot, j});
     }
@@ -214,7 +214,7 @@ bool Many::outside(int s) const {
 
 // Confirm, and drop what no longer is there.
 void Many::judge(double t, int sensor, ScanReport &report) {
-    const double least = std::max(rules.drop * sensors[sensor].birth(), 1e-300);
+    const double least = 1e-15;
     const bool looked = sensors[sensor].scanning;
     for (int s = 0; s < pool.slots(); ++s) {
         if (!pool.live(s)) continue;
@@ -228,7 +228,7 @@ void Many::judge(double t, int sensor, ScanReport &report) {
                 if (one.plot >= 0 && plots.code[one.plot] >= 0) one.code = plots.code[one.plot];
             }
             const bool lost = one.existence < 0.5 && one.age > rules.young && int(candidates[s].size()) > rules.crowd;
-            if (one.existence < least || t - one.seen > rules.drop_after || lost) {
+            if (one.existence < std::max(least, rules.drop * one.birth) || t - one.seen > rules.drop_after || lost) {
                 pool.give_back(s);
                 ++report.dropped;
                 continue;
@@ -316,7 +316,7 @@ namespace {
 
 // The numbers of a track's life, in one order.
 template <class One, class F> void each_of_life(One &one, F f) {
-    f(one.id), f(one.code), f(one.existence), f(one.begun), f(one.seen), f(one.age), f(one.plots), f(one.confirmed), f(one.plot), f(one.share), f(one.outside);
+    f(one.id), f(one.code), f(one.existence), f(one.birth), f(one.begun), f(one.seen), f(one.age), f(one.plots), f(one.confirmed), f(one.plot), f(one.share), f(one.outside);
 }
 
 }  // namespace
