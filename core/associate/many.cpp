@@ -97,7 +97,7 @@ void Many::weigh(int sensor) {
 }
 
 // What a track takes in, and how probable it is then that it exists.
-void Many::share_out(int s, int sensor) {
+void Many::share_out(int s) {
     const Weighing &w = weighing;
     Life &one = pool.life[s];
     std::vector<Share> &take = shares[s];
@@ -110,7 +110,7 @@ void Many::share_out(int s, int sensor) {
         const double p = decide.found.hit[e];
         hit += p;
         if (p > likeliest) likeliest = p, best = e;
-        if (p > 1e-9) take.push_back({w.ratio.plot[e], p});
+        take.push_back({w.ratio.plot[e], p});
     }
     const double miss = decide.found.miss[s] * r * unseen / (1.0 - r + r * unseen);
     double after = hit + miss;
@@ -120,7 +120,7 @@ void Many::share_out(int s, int sensor) {
         after = gain / (gain + 1.0 - r);
     }
     for (Share &each : take) each.weight /= hit + miss;
-    (void)sensor;
+    std::erase_if(take, [](const Share &each) { return !(each.weight > 1e-10); });
     one.existence = after;
     one.plot = best < 0 ? -1 : w.ratio.plot[best];
     one.share = hit;
@@ -129,12 +129,13 @@ void Many::share_out(int s, int sensor) {
 // A track of one plot is one target per plot near it, not the mean of them: each becomes a track of its own.
 void Many::split(int sensor) {
     const Weighing &w = weighing;
-    const int before = int(w.ratio.begin.size()) - 1;
+    std::vector<int> single;  // found first, since twins take free slots
+    for (int s = 0; s < pool.slots(); ++s)
+        if (pool.live(s) && pool.life[s].plots == 1) single.push_back(s);
     const double least = rules.drop * sensors[sensor].birth();
     std::vector<std::pair<double, int>> branches;
     std::vector<int> ended;
-    for (int s = 0; s < before; ++s) {
-        if (!pool.live(s) || pool.life[s].plots != 1) continue;
+    for (int s : single) {
         branches.clear();
         for (int e = w.ratio.begin[s]; e < w.ratio.begin[s + 1]; ++e)
             if (w.distance2[e] < rules.split_gate && decide.found.hit[e] > least) branches.push_back({-decide.found.hit[e], e});
@@ -273,7 +274,7 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows) {
     decide(rules.association, weighing);
     report.inexact = decide.inexact;
     for (int s = 0; s < pool.slots(); ++s)
-        if (pool.live(s)) share_out(s, sensor);
+        if (pool.live(s)) share_out(s);
         else shares[s].clear();
     const bool soft = rules.association != Association::gnn && rules.association != Association::nearest;
     dropped = 0;

@@ -35,7 +35,7 @@ struct ManyRules {
     Association association = Association::marginal;
     double gate = 16.0, split_gate = 6.0;      // squared distances
     double confirm = 0.8, keep = 0.4;          // existence at which a track is confirmed, and below which no more
-    double drop = 0.06;                        // existence relative to a birth's
+    double drop = 0.1;                         // existence relative to a birth's
     double life = 1e9;                         // mean seconds that a target stays
     double drop_after = 1e9;                   // seconds without a plot
     double unclaimed = 0.02;                   // probability that a plot is no track's from which it begins one
@@ -92,7 +92,7 @@ class Many {
     void predict(double t, int sensor);
     void weigh(int sensor);
     void split(int sensor);
-    void share_out(int slot, int sensor);
+    void share_out(int slot);
     void bear(double t, int sensor, ScanReport &report);
     void learn(double dt, int sensor);
     bool outside(int slot) const;
