@@ -17,7 +17,7 @@ struct PlotRows {
     const double *z = nullptr;
     const double *noise = nullptr;       // variances, or covariances if full
     bool full_noise = false;
-    const double *unit = nullptr;        // volume of the measurement space per unit of area (or volume) at the plot
+    const double *unit = nullptr;        // density of plots in the measurement space over that in the plane, at each plot
     const std::int64_t *code = nullptr;  // identity, -1 where it says none
 };
 

@@ -13,6 +13,7 @@ from ..estimate import Estimate, Status
 from ..filters.rows import row_noise
 from ..models.radar import Radar
 from ..times import seconds
+from .batch import run_table
 from .picture import Picture
 from .rules import association_called, check_filter, named_radars
 
@@ -175,11 +176,22 @@ class Tracker:
         self._many.set_view(which, view)
 
     def _unit(self, which: int, z: Array) -> Array | None:
-        """Volume of the measurements per area: a density over the plane, seen in range and azimuth, grows with range."""
-        native_sensor = self._sensors[which]
-        if native_sensor.kind != native.SensorKind.polar or native_sensor.converted:
-            return None
-        return np.ascontiguousarray(1.0 / np.maximum(z[:, 0], 1.0))
+        """Density of plots in the space of the measurements over their density in the plane, of each plot."""
+        model, radar = self._models[which], list(self.radars.values())[which]
+        if getattr(model, "method", "") == "converted":
+            return None if model.axes == 2 else np.full(len(z), 1.0 / radar.height)
+        factors = {
+            "azimuth": z[:, 0],
+            "elevation": z[:, 0] / radar.height,
+            "height": 1.0 / radar.height,
+            "z": 1.0 / radar.height,
+            **dict.fromkeys(("range_rate", "vx", "vy", "vz"), 0.5 / radar.fastest),
+        }
+        unit = np.ones(len(z))
+        for column, name in enumerate(model.components):
+            if name in factors:
+                unit *= np.where(np.isnan(z[:, column]), 1.0, factors[name])
+        return None if (unit == 1.0).all() else np.maximum(unit, 1e-300)
 
     def _picture(self, time: float, report: dict[str, Any]) -> Picture:
         found = self._many.tracks(self.report, True)
@@ -198,6 +210,14 @@ class Tracker:
             lone=self._many.lone(),
             report=report,
         )
+
+    def run(self, data: Any) -> Any:
+        """Every scan of a DataFrame with `time` and the sensor's components: see :func:`run_table` in ``batch.py``."""
+        return run_table(self, data)
+
+    def components_of(self, sensor: str | None = None) -> tuple[str, ...]:
+        """Names of the columns of a sensor's plots."""
+        return tuple(self._models[self._index(sensor)].components)
 
     @property
     def clutter_per_scan(self) -> dict[str, float]:
