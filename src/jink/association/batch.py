@@ -92,7 +92,7 @@ def _gathered(tracker: Any, scans: Scans, pictures: list[Picture], counts: dict[
 
 
 def run_table(tracker: Any, data: Any) -> Any:
-    """A DataFrame with `time` and the columns of the sensor's components (x, y, …; SI), and `sensor` if there are several.
+    """A DataFrame with `time`, the sensor's components (x, y, …; SI), and `sensor` if there are several.
 
     Rows of one time (and sensor) are one scan. The same kind of DataFrame comes back: id, time, existence, confirmed,
     age, status, row (the plot's, null where there was none), the state's components and their sd. Errors: ValueError.

@@ -23,11 +23,12 @@ SPEED_SD = 150.0  # m/s, of a target's velocity before anything is known of it
 class Tracker:
     """Tracks every target of a sky with ``filter``, from plots that do not say whose they are.
 
-    sensors: a :class:`jink.Radar`, several, or several by name. new_per_hour: targets that come into view; None:
-    estimated. targets: about how many are there at the start; None: estimated. drop_after: seconds without a plot after
-    which a track ends; None: existence alone decides. stay: mean seconds that a target stays in view. speed_sd (m/s): of
-    a target's velocity before its second plot. association: marginal, gnn, nearest, pda or jpda. report: tracks that are
-    not confirmed are in the picture from this existence on. threads: 1, or None for all cores.
+    sensors: a :class:`jink.Radar`, several, or several by name. new_per_hour: targets that come into view, and
+    targets: how many are there at the start, both about; None: ten times the first scan's plots an hour, and a tenth of
+    them. drop_after: seconds without a plot after which a track ends; None: existence alone decides. stay: mean seconds
+    that a target stays in view. speed_sd (m/s): of a velocity before the second plot. association: marginal, gnn,
+    nearest, pda or jpda. report: from this existence on, tracks that are not confirmed are in the picture too.
+    threads: 1, or None for all cores.
     Method: docs/many-targets.md. Errors: ValueError or TypeError naming the argument.
     """
 

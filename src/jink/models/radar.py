@@ -21,8 +21,9 @@ class Radar:
     ``sensor`` of :mod:`jink.models.sensor`; the filter's own sensor if none is given. detection: probability that a
     target is seen in a scan. clutter_per_scan: false plots, None: learned from the plots. What is given is corrected by
     the plots too, unless learn_clutter=False. area: (x from, x to, y from, y to) in m, or ``reach`` (m) around the
-    site: what the sensor looks at; None: where its plots are. height (m) and fastest (m/s): how far false heights and speeds spread, where those are measured. period
-    (s): of a scan. scanning=False: reports come when they come (ADS-B), so that none is missed.
+    site: what the sensor looks at; None: where its plots are. height (m) and fastest (m/s): how far false heights and
+    speeds spread, where those are measured. period (s): of a scan. scanning=False: reports come when they come (ADS-B),
+    so that none is missed.
     Errors: ValueError naming what makes no sense.
     """
 

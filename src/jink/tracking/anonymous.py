@@ -1,7 +1,7 @@
 """Plots without identity to tracks: scans are made of rows, targets of scans.
 
 What is not given is estimated: a first pass assumes the kind's usual noise and a detection probability of 0.9, its
-tracks say what both are, and a second pass uses that. The density of false plots is learned on the way.
+tracks say what both are, and further passes use that. The density of false plots is learned on the way.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from .summary import plain, reasons, words_for
 
 SHARED = 0.3  # of the times: if so many are shared by several rows, a table without identity holds several targets
 FIRST_DETECTION = 0.9
+PASSES = 4  # at most, until noise and detection probability change by less than 5 %
 
 Progress = Callable[[str, int, int], None]
 
@@ -84,14 +85,17 @@ def run_anonymous(
     interval = float(np.median(np.diff(scan_time))) if len(scan_time) > 1 else 1.0
     sd = _assumed(plots, settings)
     detection = how.detection or FIRST_DETECTION
-    estimated = []
-    if how.detection is None or not settings.sensor_sd:
-        found, filter, _ = _pass(plots, begin, scan_time, sd, settings, how, detection, interval, None)
-        if how.detection is None and len(found.id):
+    for _ in range(PASSES if how.detection is None or not settings.sensor_sd else 0):
+        before = {**sd, "detection": detection}
+        found, _, _ = _pass(plots, begin, scan_time, sd, settings, how, detection, interval, None)
+        if not len(found.id):
+            break
+        if how.detection is None:
             detection = _detection(found)
-            estimated.append(f"detection probability {detection:.2f} (estimated)")
-        if not settings.sensor_sd and len(found.id):
+        if not settings.sensor_sd:
             sd = _noise(placed_tracks(plots, found, scan_time), sd, settings)
+        if all(abs(value / before[name] - 1) < 0.05 for name, value in {**sd, "detection": detection}.items()):
+            break
     found, filter, tracker = _pass(plots, begin, scan_time, sd, settings, how, detection, interval, progress)
     if not len(found.id):
         raise InputError(
@@ -112,7 +116,7 @@ def run_anonymous(
     summary["notes"] += [
         f"plots have no identity ({how_said}): {len(scan_time):,} scans of {interval:g} s, "
         f"association {how.association}",
-        *estimated,
+        f"detection probability {detection:.2f} ({'estimated' if how.detection is None else 'given'})",
         f"about {clutter} false plots per scan (learned)",
     ]
     for name, what in (("crowded", "more plots in a gate than are looked at"), ("full", "no room for more tracks")):
