@@ -40,7 +40,7 @@ class SimulateRequest(SensorOptions):
         typer.Argument(
             metavar="NAME",
             show_default=False,
-            help="A scenario, such as lee-2003, benchmark-1, random-turns or terminal-area (a wrong name lists all), "
+            help="A scenario, such as lee-2003, random-turns or terminal-area (a wrong name lists all), "
             "or a whole sky of plots without identity, such as sky-regional. "
             "Or a file of recorded positions: its smoothed tracks become the truth.",
             autocompletion=completed_from("scenarios"),
