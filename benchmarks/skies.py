@@ -135,8 +135,8 @@ def measure(row: Row, seed: int, runs: int) -> dict[str, Any]:
 
 
 def side_by_side(truth: Any, estimate: Any, c: float) -> dict[str, float]:
-    """Of two targets: mean separation of their tracks over the true one where they are nearest, and share of runs in
-    which the tracks have changed places from before to after.
+    """Of two targets: mean lateral separation of their tracks over the true one where they are nearest, and share of
+    runs in which the tracks have changed places from before to after.
     """
     apart, swapped, both = [], 0, 0
     for true, found in zip(truth, estimate, strict=True):
@@ -147,7 +147,7 @@ def side_by_side(truth: Any, estimate: Any, c: float) -> dict[str, float]:
             distance = float(np.linalg.norm(a.points[0] - a.points[1]))
             if len(pairs[-1]) == 2 and distance < 1.01 * min(np.linalg.norm(t.points[0] - t.points[1]) for t in true):
                 i, j = (b.points[pairs[-1][k]] for k in (0, 1))
-                apart.append(np.linalg.norm(i - j) / distance)
+                apart.append(abs(i[1] - j[1]) / distance)
         first = {t: found[30].ids[k] for t, k in pairs[30].items()}
         last = {t: found[-1].ids[k] for t, k in pairs[-1].items()}
         if len(first) == 2 == len(last):

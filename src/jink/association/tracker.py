@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from .._engine import native
 from ..checks import Array, covariance, numbers, positive, probability, thread_count
-from ..estimate import Estimate, Status
+from ..estimate import Estimate
 from ..filters.rows import row_noise
 from ..models.radar import Radar
 from ..times import seconds
@@ -196,9 +196,7 @@ class Tracker:
 
     def _picture(self, time: float, report: dict[str, Any]) -> Picture:
         found = self._many.tracks(self.report, True)
-        measured = found["share"] > 0.5
-        status = np.where(found["age"] == 0, Status.initialised, np.where(measured, Status.updated, Status.predicted))
-        results = {name: found[name] for name in ("x", "P", "mode_probability")} | {"status": status.astype(np.uint8)}
+        results = {name: found[name] for name in ("x", "P", "mode_probability", "status")}
         f = self.filter
         return Picture(
             time=time,
@@ -206,7 +204,7 @@ class Tracker:
             existence=found["existence"],
             confirmed=found["confirmed"],
             age=found["age"],
-            plot=np.where(measured, found["plot"], -1),
+            plot=found["plot"],
             estimate=Estimate(f.components, f.modes, results, f.non_manoeuvring),
             lone=self._many.lone(),
             report=report,
