@@ -20,6 +20,7 @@ from .exit_status import exit_status
 from .request import FLAG, check_kind, completed_from, parse_columns
 
 OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
+PLOTS = "Plots without identity"
 
 
 class AltitudeUnit(StrEnum):
@@ -189,6 +190,57 @@ class TrackRequest:
             help="Where the radar stands, also as LAT,LON,ALTITUDE. It puts x and y on the map.",
         ),
     ] = None
+    anonymous: Annotated[
+        bool,
+        typer.Option(
+            "--anonymous",
+            rich_help_panel=PLOTS,
+            help="Plots do not say whose they are, or it shall not be believed. "
+            "A table without identity and with several rows of one time is tracked so by itself.",
+            **FLAG,
+        ),
+    ] = False
+    detection: Annotated[
+        float | None,
+        typer.Option(
+            metavar="P",
+            rich_help_panel=PLOTS,
+            help="Probability that a scan sees a target. Default: estimated.",
+        ),
+    ] = None
+    clutter: Annotated[
+        float | None,
+        typer.Option(metavar="N", rich_help_panel=PLOTS, help="False plots per scan. Default: learned from the plots."),
+    ] = None
+    association: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            rich_help_panel=PLOTS,
+            help="How plots are given to tracks: {associations}. Default: marginal.",
+            autocompletion=completed_from("associations"),
+        ),
+    ] = None
+    new_per_hour: Annotated[
+        float | None,
+        typer.Option(metavar="N", rich_help_panel=PLOTS, help="Targets that come into view. Default: from the plots."),
+    ] = None
+    drop_after: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            rich_help_panel=PLOTS,
+            help="End a track after this time without a plot. Default: when it probably is gone.",
+        ),
+    ] = None
+    period: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            rich_help_panel=PLOTS,
+            help="Time of one scan, where every plot has its own time. Default: rows of one time are a scan.",
+        ),
+    ] = None
     gap: Annotated[
         float | None,
         typer.Option(
@@ -294,6 +346,19 @@ def conventions_of(request: TrackRequest) -> Any:
     return Conventions(order, request.time_format, request.time_zone, axes, azimuth)
 
 
+def anonymous_of(request: TrackRequest) -> Any:
+    """How plots without identity are to be tracked; None where nothing of it was asked for. Errors: InputError."""
+    from ..association.rules import ASSOCIATIONS
+    from ..checks import unknown
+    from ..tracking.anonymous import Anonymous
+
+    names = ("detection", "clutter", "association", "new_per_hour", "drop_after", "period")
+    given = {name: getattr(request, name) for name in names if getattr(request, name) is not None}
+    if "association" in given and given["association"] not in ASSOCIATIONS:
+        raise InputError(f"--association: {unknown('association', given['association'], ASSOCIATIONS)}")
+    return Anonymous(**given) if request.anonymous or given else None
+
+
 def _run_live(request: TrackRequest) -> int:
     """Standard input to standard output, line by line."""
     from ..tracking.live import LiveTracks
@@ -301,6 +366,8 @@ def _run_live(request: TrackRequest) -> int:
 
     if len(request.inputs) > 1:
         raise InputError("'-' stands alone: standard input cannot be tracked together with files")
+    if anonymous_of(request) is not None:
+        raise InputError("--anonymous needs whole scans: give a file, or use jink.Tracker.scan in Python")
     for given, option in (
         (request.smooth, "--smooth"),
         (request.report, "--report"),
@@ -333,6 +400,7 @@ def _run_files(request: TrackRequest) -> int:
         if path.resolve() in inputs:
             raise InputError(f"{path} is an input; the output needs another name")
     reading, settings = settings_of(request)
+    anonymous = anonymous_of(request)
     with _progress(request) as progress:
         from ..io.loading import load_files
         from ..tracking.batch import run
@@ -342,7 +410,7 @@ def _run_files(request: TrackRequest) -> int:
             raise InputError(
                 f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
             )
-        tracked = run(loaded, settings, progress)
+        tracked = run(loaded, settings, progress, anonymous)
         written = _write(tracked, output, kind, report, progress)
     tracked.summary["written"] = [str(path) for path in written]
     tracked.summary["seconds"] = clock.perf_counter() - began

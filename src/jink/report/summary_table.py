@@ -28,11 +28,9 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
     rejected = sum(summary["rejected"].values())
     yield "Rows", f"{summary['rows']:,} read, {summary['accepted']:,} in tracks, {rejected:,} rejected"
     yield from _listed("Rejected", [f"{count:,}  {reason}" for reason, count in summary["rejected"].items()])
-    parts = _plural(summary["parts"], "part")
-    yield (
-        "Targets",
-        f"{summary['targets']:,} in {parts} (a new part after {summary['gap_seconds']:g} s without position)",
-    )
+    parts = f" in {_plural(summary['parts'], 'part')}"
+    rule = f" (a new part after {summary['gap_seconds']:g} s without position)"
+    yield "Targets", f"{summary['targets']:,}" + ("" if "association" in summary else parts + rule)
     yield "Time", _times(summary["start"], summary["end"])
     yield (
         "Columns",

@@ -17,6 +17,7 @@ from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.rejected import together
+from .anonymous import Anonymous, is_anonymous, run_anonymous
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
 from .plausibility import Finding, as_dicts, findings
@@ -116,10 +117,15 @@ def _from_data(data: Any, reading: Reading, settings: Settings) -> tuple[Tracked
     return tracked, lambda frame: to_same(frame, data)
 
 
-def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) -> Tracked:
-    """Clean, place, filter; the summary says what was done. Raises InputError when no track is left."""
+def run(
+    loaded: Loaded, settings: Settings, progress: Progress | None = None, anonymous: Anonymous | None = None
+) -> Tracked:
+    """Clean, place, filter; the summary says what was done. Plots without identity are given to targets first, where
+    that is asked for, or where the table shows it. Raises InputError when no track is left."""
     began = clock.perf_counter()
     measurements = loaded.measurements
+    if anonymous is not None or is_anonymous(measurements):
+        return Tracked(*run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress))
     prepared = prepare(measurements, settings)
     cleaned, groups = prepared.cleaned, prepared.groups
     rejected = together(measurements.rejected + cleaned.rejected)
