@@ -53,7 +53,9 @@ def check_filter(filter: Any) -> None:
         raise TypeError(f"filter: expected one of jink's filters, got {name}")
     d = filter.declaration
     if d is None:
-        raise ValueError(f"filter: {name} has models of your own; a tracker runs on jink's own motion and sensor models")
+        raise ValueError(
+            f"filter: {name} has models of your own; a tracker runs on jink's own motion and sensor models"
+        )
     adapts = {native.Adapt.fuzzy_rules, native.Adapt.network}
     reasons = (
         (d.interaction == native.Interaction.gpb2, "it keeps every pair of modes apart (GPB2)"),

@@ -68,7 +68,9 @@ class Tracker:
         own = list(self.filter.sensors)
         models = [radar.measures() for radar in self.radars.values()]
         if len(models) > len(own) and any(m is None for m in models):
-            raise ValueError("sensors: the filter has fewer sensors than there are radars; say what each radar measures")
+            raise ValueError(
+                "sensors: the filter has fewer sensors than there are radars; say what each radar measures"
+            )
         given = [own[k] if model is None else model for k, model in enumerate(models)]
         for name, model in zip(self.radars, given, strict=True):
             if not hasattr(model, "native"):
@@ -124,7 +126,9 @@ class Tracker:
         if not np.isfinite(t):
             raise ValueError(f"time: expected a time, got {time!r}")
         if t < self._many.time:
-            raise ValueError(f"time: {t:g} s lies before the last scan, at {self._many.time:g} s; scans must be in order")
+            raise ValueError(
+                f"time: {t:g} s lies before the last scan, at {self._many.time:g} s; scans must be in order"
+            )
         z = self._plots(plots, which)
         self._prepare(which, z)
         noise = None if covariance is None else row_noise(covariance, len(z), z.shape[1])
@@ -203,7 +207,11 @@ class Tracker:
     def save(self) -> bytes:
         """All tracks and what was learned, for :meth:`load` of a tracker made alike."""
         known = np.array([float(k) for k in self._known])
-        return known.tobytes() + np.array([self._many.view(k).area for k in range(len(known))]).tobytes() + self._many.save()
+        return (
+            known.tobytes()
+            + np.array([self._many.view(k).area for k in range(len(known))]).tobytes()
+            + self._many.save()
+        )
 
     def load(self, state: bytes) -> None:
         """Take up a saved state. Errors: ValueError for one of another tracker."""
