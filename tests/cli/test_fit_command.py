@@ -62,7 +62,7 @@ def test_a_truth_that_is_not_the_targets(simulated, tmp_path, capsys):
     frame.with_columns(pl.col("true_x") + 5e4).write_parquet(moved)
     said = failure(capsys, data=str(moved), truth="true")
     assert "the median distance of px from the measured position is 5e+04 m" in said
-    assert "is it the truth of these targets" in said
+    assert "Check that the truth is of these targets" in said
     assert "has no column 'truth_x'" in failure(capsys, data=simulated, truth="px=truth_x")
     assert "expected COMPONENT=COLUMN" in failure(capsys, data=simulated, truth="px:true_x")
     assert "needs the truth" in failure(capsys, data=simulated, objective="tracking")

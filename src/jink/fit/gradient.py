@@ -92,7 +92,7 @@ def gradient(
 
 def _target(filter: Any, tracks: Tracks) -> tuple[Sequence[int], Array]:
     if tracks.truth is None:
-        raise ValueError("tracks: expected tracks with a truth for the figure 'tracking'; these have none")
+        raise ValueError("tracks: these tracks have no truth; the figure 'tracking' needs it")
     unknown = [name for name in tracks.components if name not in filter.components]
     if unknown:
         raise ValueError(f"components: expected some of {', '.join(filter.components)}, got {unknown[0]!r}")
