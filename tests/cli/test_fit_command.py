@@ -61,12 +61,12 @@ def test_a_truth_that_is_not_the_targets(simulated, tmp_path, capsys):
     moved = tmp_path / "moved.parquet"
     frame.with_columns(pl.col("true_x") + 5e4).write_parquet(moved)
     said = failure(capsys, data=str(moved), truth="true")
-    assert "px lies 5e+04 m from the measured position" in said
-    assert "is it the truth of these targets" in said
+    assert "the median distance of px from the measured position is 5e+04 m" in said
+    assert "Check that the truth is of these targets" in said
     assert "has no column 'truth_x'" in failure(capsys, data=simulated, truth="px=truth_x")
-    assert "is not COMPONENT=COLUMN" in failure(capsys, data=simulated, truth="px:true_x")
+    assert "expected COMPONENT=COLUMN" in failure(capsys, data=simulated, truth="px:true_x")
     assert "needs the truth" in failure(capsys, data=simulated, objective="tracking")
-    assert "a scenario has its own" in failure(capsys, data="random-turns", truth="true")
+    assert "a scenario brings its own truth" in failure(capsys, data="random-turns", truth="true")
 
 
 def table(path, x, y):
@@ -88,8 +88,8 @@ def test_too_little_data(tmp_path, capsys):
         return x, {name: rng.normal(0, 10, scans) for name in x}
 
     few = table(tmp_path / "few.csv", *moving(30, 2))
-    assert "rows to fit" in failure(capsys, data=few)
-    assert "expected at least ten rows for each" in failure(capsys, data=few)
+    assert "rows are too few to fit" in failure(capsys, data=few)
+    assert ", ten for each" in failure(capsys, data=few)
     some = table(tmp_path / "some.csv", *moving(300, 3))
     assert run_fit(FitRequest(data=some, filter="cv", starts=1, json=True)) == 0
     warnings = json.loads(capsys.readouterr().out)["warnings"]
@@ -104,11 +104,11 @@ def test_positions_that_never_change(tmp_path, capsys):
 
 def test_checkpoints(simulated, tmp_path, capsys):
     kept = str(tmp_path / "kept")
-    assert "no checkpoint" in failure(capsys, data=simulated, filter="cv", checkpoint=kept, resume=True)
-    assert "needs the checkpoint" in failure(capsys, data=simulated, filter="cv", resume=True)
+    assert "does not exist" in failure(capsys, data=simulated, filter="cv", checkpoint=kept, resume=True)
+    assert "resume: expected checkpoint" in failure(capsys, data=simulated, filter="cv", resume=True)
     assert run_fit(FitRequest(data=simulated, filter="cv", starts=1, checkpoint=kept, quiet=True)) == 0
     said = failure(capsys, data=FLIGHTS, filter="cv", starts=1, checkpoint=kept, resume=True)
-    assert "is of other data" in said
+    assert "different data" in said
     body = json.loads(Path(kept).read_text(encoding="utf-8"))
     body["state"] = {"stage": "seven"}
     Path(kept).write_text(json.dumps(body), encoding="utf-8")

@@ -46,7 +46,7 @@ def test_tuned_kalman_filter_on_lee_2003(lee):
     """The published constant velocity filter, tuned for normalised errors: .570/.091."""
     assert abs(lee.figure("kalman-cv", "normalised_position").value - 0.570) < 0.006
     assert lee.entrants["kalman-cv"].fitted and not lee.entrants["kalman-cv"].in_sample
-    assert lee.entrants["imm"].fitted == "the default's search, on other draws"
+    assert lee.entrants["imm"].fitted == "other draws of these scenarios, in the search for the default"
     assert lee.entrants["imm-cv-ca"].fitted and not lee.entrants["raw"].fitted
     assert not compare(short("wang-2010-circle", 40), runs=2).entrants["imm"].fitted
 
@@ -206,7 +206,7 @@ def test_polar_scenarios_race_with_polar_filters():
     scenario = short("terminal-area", 60)
     race = compare(scenario, "singer", runs=20, seed=1)
     assert set(race.tallies) == {"raw", "kalman-cv", "kalman-ca", "imm", "singer"}
-    assert "given positions" in race.skipped["clairvoyant"] and race.bound
+    assert "measures positions" in race.skipped["clairvoyant"] and race.bound
     assert race.compare("kalman-ca", "raw").verdict == "better"
     s = scenario.simulate(20, 1)
     error = raw(s).position - s.truth.position
@@ -223,11 +223,11 @@ def test_raw_positions_of_a_radar_without_noise_are_the_truth(radar):
 
 def test_one_axis_and_the_near_optimal_reference():
     race = compare(short("wang-2010-step", 60), runs=10)
-    assert "no noise" in race.entrants["clairvoyant"].words and "one axis" in race.entrants["imm"].words
+    assert "without noise" in race.entrants["clairvoyant"].words and "one axis" in race.entrants["imm"].words
     race = compare(short("random-accelerations", 50), "near-optimal", runs=20)
     assert race.figures("near-optimal")["position_efficiency"].value == 1.0
     assert race.figures("kalman-cv")["velocity_efficiency"].value > 1
-    assert "turns need a plane" in compare(short("wang-2010-step", 60), "all", runs=5).skipped["imm-cv-ct"]
+    assert "turns need two axes" in compare(short("wang-2010-step", 60), "all", runs=5).skipped["imm-cv-ct"]
 
 
 def test_files_say_what_they_were_fitted_on(tmp_path):
@@ -255,8 +255,8 @@ def test_filter_files_that_do_not_fit_are_refused(tmp_path):
     path = tmp_path / "f.json"
     refused(path, "no filter file")
     jink.Kalman(jink.ConstantVelocity(acceleration_sd=9.0), jink.Polar(range_sd=9.0, azimuth_sd=0.1)).save(path)
-    refused(path, "its sensor measures range, azimuth; random-turns is seen by a sensor of x, y")
-    refused(path, "its sensor measures range, azimuth;", "terminal-area")
+    refused(path, "the filter's sensor measures range, azimuth; expected x, y as in random-turns")
+    refused(path, "the filter's sensor measures range, azimuth;", "terminal-area")
     body = json.loads(path.read_text())
     path.write_text(json.dumps({**body, "version": 99}))
     refused(path, "version 99")
@@ -265,7 +265,10 @@ def test_filter_files_that_do_not_fit_are_refused(tmp_path):
     path.write_text("{")
     refused(path, "not valid JSON")
     jink.Kalman(jink.ConstantVelocity(acceleration_sd=9.0), jink.Position(sd=9.0)).save(path)
-    assert "another measurement noise" in compare(short("random-turns", 30), [str(path)], 2).entrants[str(path)].note
+    assert (
+        "a measurement noise that differs"
+        in compare(short("random-turns", 30), [str(path)], 2).entrants[str(path)].note
+    )
 
 
 def test_interrupted_the_finished_runs_are_summarised(monkeypatch):

@@ -165,9 +165,9 @@ def test_the_manoeuvre_probability_is_calibrated():
     ("change", "message"),
     [
         ({"z": np.zeros((3, 4))}, "expected .runs, scans, axes."),
-        ({"z": np.full((2, 5, 2), np.nan)}, "run 0 has no measurement"),
-        ({"sd": 0.0}, "sd, T, hypotheses"),
-        ({"hypotheses": 4}, "at least 8"),
+        ({"z": np.full((2, 5, 2), np.nan)}, "run 0 has an axis without one"),
+        ({"sd": 0.0}, "sd, T and hypotheses"),
+        ({"hypotheses": 4}, "hypotheses from 8"),
     ],
 )
 def test_errors_say_what_was_expected(change, message):

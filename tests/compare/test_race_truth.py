@@ -80,9 +80,9 @@ def test_errors_over_time_of_accelerations():
     ("name", "words"),
     [
         ("lee-2003", "noise of"),
-        ("wang-2010-velocity", "no noise"),
-        ("wang-2010-circle", "no noise"),
-        ("choi-2001-3", "no noise"),
+        ("wang-2010-velocity", "without noise"),
+        ("wang-2010-circle", "without noise"),
+        ("choi-2001-3", "without noise"),
         ("benchmark-5", "smooth path"),
         ("random-turns", "noise of"),
     ],
@@ -117,8 +117,8 @@ def test_without_noise_the_clairvoyant_is_a_line_through_what_is_left():
     [
         ("random-turns", "radar-4s", "change between scans"),
         ("lee-2003", "radar-20hz", "lasts for several scans"),
-        ("terminal-area", None, "given positions"),
-        ("choi-2001-3", "radar-1hz", "given positions"),
+        ("terminal-area", None, "measures positions"),
+        ("choi-2001-3", "radar-1hz", "measures positions"),
     ],
 )
 def test_where_manoeuvres_are_not_known_exactly_there_is_no_clairvoyant(name, sensor, why):
@@ -176,7 +176,7 @@ def test_sensor_options(tmp_path, capsys):
         ({"detection": 1.5}, "detection: expected"),
         ({"bias": "1,x"}, "--bias is '1,x'"),
         ({"bias": "nan,1"}, "--bias is 'nan,1'"),
-        ({"interval": 15.0}, "choi-2001-1: 2 scans in 15 s steps; a race needs at least 3"),
+        ({"interval": 15.0}, "choi-2001-1: 2 scans in 15 s steps; expected at least 3 scans"),
         ({"bias": "1"}, "bias: expected one number for each of x, y"),
         ({"jitter": 9.0}, "jitter: expected"),
     ],
@@ -235,12 +235,12 @@ def test_one_run_of_a_file_is_not_fitted_on(tmp_path):
 def broken(table: pl.DataFrame) -> dict[str, tuple[pl.DataFrame, str]]:
     return {
         "scans": (table[:-1], "runs have 39 to 40 scans"),
-        "truth": (table.with_columns(true_y=None), "column true_y has values"),
-        "times": (table.with_columns(time=pl.lit(1.0)), "times of a run do not rise"),
-        "measurements": (table.drop("x", "y"), "has no measurements"),
-        "nothing measured": (table.with_columns(pl.lit(None).alias("x")), "missing or have no noise"),
-        "velocity": (table.drop("true_velocity_y"), "no column true_velocity_y"),
-        "rows": (table.clear(), "has no rows"),
+        "truth": (table.with_columns(true_y=None), "column true_y has a missing value"),
+        "times": (table.with_columns(time=pl.lit(1.0)), "expected times that rise"),
+        "measurements": (table.drop("x", "y"), "no column holds a measurement"),
+        "nothing measured": (table.with_columns(pl.lit(None).alias("x")), "missing or equal the truth"),
+        "velocity": (table.drop("true_velocity_y"), "true_velocity_y missing"),
+        "rows": (table.clear(), "the file has no rows"),
     }
 
 

@@ -85,12 +85,12 @@ def test_a_checkpoint_of_other_data(tmp_path, turns):
     mine.write(State(stage=1, u=[0.0]))
     assert mine.read().stage == 1
     other = Checkpoint.of(path, search.parameters, Tracking(), turns.some(np.arange(5)), 0, 3)
-    with pytest.raises(InputError, match="is of other data"):
+    with pytest.raises(InputError, match="different data"):
         other.read()
-    with pytest.raises(InputError, match="is of other objective and seed"):
+    with pytest.raises(InputError, match="different objective and seed"):
         Checkpoint.of(path, search.parameters, Likelihood(), turns, 1, 3).read()
     path.write_text("{}", encoding="utf-8")
-    with pytest.raises(InputError, match="is no checkpoint of a fit"):
+    with pytest.raises(InputError, match="does not hold a checkpoint of jink fit"):
         mine.read()
 
 

@@ -96,11 +96,11 @@ def test_a_file_within_its_budget(tmp_path, capsys):
 
 def test_a_budget_too_small_and_names_that_are_none(capsys):
     training, objective = prepared("random-turns")
-    with pytest.raises(InputError, match="no time left"):
+    with pytest.raises(InputError, match="no time was left"):
         search(training, objective, names=["cv"], minutes=1e-9)
     with pytest.raises(InputError, match=r"candidate 'cv\+cx'.*did you mean"):
         search(training, objective, names=["cv+cx"])
-    with pytest.raises(InputError, match="names no number of any candidate"):
+    with pytest.raises(InputError, match="no candidate has a parameter"):
         search(training, objective, names=["cv"], fixed=["jerk*"])
     assert run_fit(FitRequest(data="random-turns", search=True, resume=True)) == 2
     assert "--resume" in capsys.readouterr().err

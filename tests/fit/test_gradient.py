@@ -217,7 +217,7 @@ def test_free_and_fixed_by_pattern():
         "coordinated_turn.turn_rate_sd",
         "coordinated_turn.turn_rate_prior_sd",
     }
-    with pytest.raises(ValueError, match="names no number of this filter; they are constant_velocity"):
+    with pytest.raises(ValueError, match=r"this filter has no parameter 'jerk'; its parameters are constant_velocity"):
         Parameters(filter, fixed=["jerk"])
-    with pytest.raises(ValueError, match="nothing is left to fit"):
+    with pytest.raises(ValueError, match="no parameter is left to fit"):
         Parameters(filter, fixed=["*"])

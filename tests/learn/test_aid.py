@@ -197,7 +197,7 @@ def test_correctors_that_make_no_sense_are_refused(change, message):
 def test_what_cannot_be_corrected_is_said():
     constant = jink.Kalman(jink.ConstantVelocity(acceleration_psd=1.0), SENSOR)
     corrects = ("position", "velocity", "acceleration")
-    with pytest.raises(ValueError, match="the filter does not estimate acceleration"):
+    with pytest.raises(ValueError, match="it does not estimate acceleration"):
         fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), corrects=corrects)
     with pytest.raises(ValueError, match="model: expected anfis, network or linear"):
         fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), model="forest")

@@ -68,7 +68,7 @@ def test_fuzzy_rules_are_identified_from_a_file(tmp_path):
 def test_a_file_without_truth_or_with_another_column_is_refused(tmp_path):
     path = simulated(tmp_path / "runs.csv", runs=1)
     pl.read_csv(path).drop("true_velocity_y").write_csv(path)
-    with pytest.raises(ValueError, match=r"runs\.csv: has no column 'true_velocity_y'; expected measurements"):
+    with pytest.raises(ValueError, match=r"runs\.csv: column 'true_velocity_y' is missing; expected measurements"):
         from_file(path, 50.0)
     with pytest.raises(ValueError, match="sd: expected"):
         from_file(simulated(tmp_path / "more.csv", runs=1), -1.0)

@@ -121,7 +121,7 @@ def test_stopped_and_resumed_gives_the_same_rules(optimiser, tmp_path):
     resumed = ga.identify(10.0, runs, settings=settings, seed=5, checkpoint=checkpoint)
     assert resumed == whole
     assert ga.identify(10.0, runs, settings=settings, seed=6) != whole
-    with pytest.raises(ValueError, match="is of another search"):
+    with pytest.raises(ValueError, match="was written by another search"):
         ga.identify(10.0, runs, settings=replace(settings, population=30), seed=5, checkpoint=checkpoint)
 
 
@@ -155,5 +155,5 @@ def test_settings_are_those_of_table_1():
     assert table == (100, 50, 500, 0.9, 0.01, 0.95)
     with pytest.raises(ValueError, match="optimiser: expected one of ga, cma"):
         ga.Settings(optimiser="tabu")
-    with pytest.raises(ValueError, match="weight: expected 0 to 1"):
+    with pytest.raises(ValueError, match="weight: expected a number from 0 to 1"):
         ga.Settings(weight=2.0)

@@ -222,7 +222,7 @@ def test_a_checkpoint_of_other_data_is_refused(tmp_path):
         "checkpoint": tmp_path / "kept",
     }
     learn("fuzzy-kalman", "random-turns", runs=12, **common)
-    with pytest.raises(ValueError, match="of another search"):
+    with pytest.raises(ValueError, match="written by another search"):
         learn("fuzzy-kalman", "random-turns", runs=13, **common)
 
 

@@ -63,7 +63,7 @@ def test_tichavsky_is_the_same_for_linear_motion():
     jacobians = np.broadcast_to(F, (5, SCANS, 4, 4))
     bound = metrics.tichavsky_bound(jacobians, Q, J_Z, P0)
     assert np.allclose(bound, riccati(Q, R, P0), rtol=1e-8)
-    with pytest.raises(ValueError, match="singular in scan 1"):
+    with pytest.raises(ValueError, match="singular one in scan 1"):
         metrics.tichavsky_bound(jacobians, piecewise(2.0), J_Z, P0)
 
 

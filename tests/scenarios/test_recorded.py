@@ -63,5 +63,5 @@ def test_spline_equals_scipy():
 
 def test_short_tracks_are_refused():
     table = pl.read_parquet(FLIGHTS).head(100)
-    with pytest.raises(InputError, match="no track lasts 5000 s"):
+    with pytest.raises(InputError, match="expected a track that lasts 5000 s"):
         recorded(table, duration=5000.0)

@@ -422,8 +422,8 @@ class Broken:
             {"components": ("px", "vx", "py", "vy", "drag"), "Q": lambda dt: np.eye(5)},
             r"Broken\.prior_variance: expected a variance for 'drag'",
         ),
-        ({"prior_variance": {"vz": 1.0}}, r"Broken\.prior_variance: 'vz' is none of"),
-        ({"Q": lambda dt: np.eye(3)}, r"has 3 components in 2 axes; name them"),
+        ({"prior_variance": {"vz": 1.0}}, r"Broken\.prior_variance: expected some of .*, got 'vz'"),
+        ({"Q": lambda dt: np.eye(3)}, r"the state has 3 components in 2 axes; name them"),
     ],
 )
 def test_what_is_wrong_when_the_filter_is_built(functions, message):
@@ -461,21 +461,24 @@ def test_errors_of_sensors():
 
     with pytest.raises(ValueError, match=r"Loose: the modes have different states.*attribute state"):
         imm([CV, CA], Loose(1.0, 1.0, SITE), 0.9)
-    with pytest.raises(ValueError, match=r"Unmeasured: measures by drag, which ConstantVelocity .* lacks"):
+    with pytest.raises(
+        ValueError,
+        match=r"Unmeasured: the measurement depends on drag; expected it among the components of ConstantVelocity",
+    ):
         jink.Kalman(CV, Unmeasured(1.0, 1.0, SITE))
-    with pytest.raises(ValueError, match=r"initial: RadarExactly measures no position.*expected jink.Prior"):
+    with pytest.raises(ValueError, match=r"initial: expected jink.Prior.*RadarExactly measures no position"):
         jink.Kalman(CV, OWN_RADAR).filter([0.0], [[1.0, 1.0]])
     with pytest.raises(ValueError, match=r"Short\.h: expected shape \(1, 2\) for x \(1, 4\), got \(1,\), at scan 0"):
         jink.Kalman(CV, Short(1.0, 1.0, SITE), initial=prior(4)).filter([0.0], [[1.0, 1.0]])
     with pytest.raises(TypeError, match="sensor: expected one of jink's sensors or one with h"):
         jink.Kalman(CV, object())
-    with pytest.raises(TypeError, match="motions: expected one of jink's motion models or one with f"):
+    with pytest.raises(TypeError, match="motions: expected a motion model of jink or one with f"):
         jink.Kalman(object(), POSITION)
-    with pytest.raises(ValueError, match=r"input: StraightOneStep has no G\(dt\)"):
+    with pytest.raises(ValueError, match=r"input: expected a motion with G\(dt\).*StraightOneStep has none"):
         jink.Kalman(StraightOneStep(1.0), POSITION).filter(np.arange(2.0), np.ones((2, 2)), input=np.ones((2, 2)))
     no_extent = Radar(1.0, 1.0, SITE)
     no_extent.extent = 5.0
-    with pytest.raises(ValueError, match=r"Radar\.extent: with outliers expected 2 numbers"):
+    with pytest.raises(ValueError, match=r"Radar\.extent: expected 2 numbers because the filter has outliers"):
         jink.Kalman(CV, no_extent, outliers=ROBUST)
 
 

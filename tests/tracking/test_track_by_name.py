@@ -19,7 +19,7 @@ FLIGHTS = Path(__file__).parents[2] / "examples" / "flights.parquet"
 SURE = dict.fromkeys(
     ["imm-cv-ct", "variable-dimension"], 0.15
 )  # its straight mode takes some onsets for outliers: up to this share
-UNFIT = {"nnvsmm": "its network was trained in a plane, and the sensor has 3 axes"}
+UNFIT = {"nnvsmm": "its network was trained on two axes; the sensor has 3"}
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def test_every_name_tracks_a_real_flight(name, flight, straight):
 
 @pytest.mark.parametrize("name", UNFIT)
 def test_a_filter_that_cannot_track_this_says_why(name, flight):
-    with pytest.raises(ValueError, match=f"filter {name} cannot track this: {UNFIT[name]}"):
+    with pytest.raises(ValueError, match=f"filter {name} cannot track these data: {UNFIT[name]}"):
         jink.track(flight, filter=name)
 
 

@@ -69,7 +69,7 @@ def chosen(filter: Any, purpose: Purpose, components: Sequence[str]) -> Any:
     try:
         return FILTERS[canonical(name)](purpose).filter
     except Unfit as reason:
-        raise InputError(f"filter {name} cannot track this: {reason}") from None
+        raise InputError(f"filter {name} cannot track these data: {reason}") from None
     except ValueError as error:
         raise InputError(f"{error}, or a file written by save()") from None
 

@@ -10,8 +10,8 @@ from .targets import KINDS, RARE
 
 # what the parameters that are not found here were found on, which a comparison has to say (docs/default-filters.md)
 FAMILIES = ("lee-2003", "random-accelerations", "random-accelerations-turned", "random-turns")
-SEARCHED = "the default's search, on other draws"
-DESCENDED = "its proportions come from filters tuned on other draws"
+SEARCHED = "other draws of these scenarios, in the search for the default"
+DESCENDED = "other draws of this scenario, on which filters of the same proportions were tuned"
 FLIGHTS = "its parameters were fitted on half of the flights of the collection quickstart of the package traffic"
 STAYS = Sojourn(seconds=[70.0, 16.0])
 
@@ -19,7 +19,7 @@ STAYS = Sojourn(seconds=[70.0, 16.0])
 def imm(purpose: Purpose) -> Named:
     """The default filter of the kind of target; in one axis, where none turns, IMM of CV and CA."""
     if purpose.axes == 1:
-        return Named(filter=imm_cv_ca(purpose).filter, words="IMM of CV and CA: one axis")
+        return Named(filter=imm_cv_ca(purpose).filter, words="IMM of CV and CA, because the sensor has one axis")
     waits = {} if purpose.gap is None else {"interval": purpose.gap / RARE, "coast": 0.0}
     filter = KINDS[purpose.kind].filter(purpose.sensor, purpose.axes, **waits)
     return Named(
@@ -51,7 +51,7 @@ def cv_and_ca(purpose: Purpose) -> list[Motion]:
 def imm_cv_ct(purpose: Purpose) -> Named:
     """IMM of constant velocity and coordinated turn."""
     if purpose.axes == 1:
-        raise Unfit("turns need a plane, and the sensor has one axis")
+        raise Unfit("turns need two axes; the sensor has one")
     a = purpose.acceleration
     modes = [
         ConstantVelocity(acceleration_psd=(a / 40) ** 2),

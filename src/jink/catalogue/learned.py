@@ -87,7 +87,7 @@ def nnvsmm(purpose: Purpose) -> Named:
     motion = NetworkNoise(ConstantVelocity(acceleration_sd=1.0), trained.scaled(_sd(purpose)))
     return Named(
         filter=Kalman(motion, purpose.sensor, outliers=purpose.outliers),
-        words="Kalman filter whose noise a network chooses, trained on targets that change every few scans, scaled",
+        words="Kalman filter whose noise a network chooses, trained on targets that change motion every few scans",
     )
 
 
@@ -99,11 +99,10 @@ def nnvsmm_modes(purpose: Purpose) -> Named:
     return Named(
         filter=NeuralModes(motions, purpose.sensor, trained.network, outliers=purpose.outliers),
         words=f"{len(motions)} noise levels of which a network weighs the best {trained.network.best}, trained on "
-        "targets that "
-        "change every few scans, scaled",
+        "targets that change motion every few scans",
     )
 
 
 def _needs_a_plane(purpose: Purpose) -> None:
     if purpose.axes != 2:
-        raise Unfit(f"its network was trained in a plane, and the sensor has {purpose.axes} axes")
+        raise Unfit(f"its network was trained on two axes; the sensor has {purpose.axes}")

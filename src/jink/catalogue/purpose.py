@@ -65,7 +65,9 @@ class Purpose:
     def position_sd(self) -> float:
         """Of a measured position along the first axis, m. Errors: Unfit where it is not the same everywhere."""
         if not self.sensor.cartesian:
-            raise Unfit(f"its noise in metres depends on the place with a sensor of {self.sensor.components[0]}")
+            raise Unfit(
+                f"it needs one noise in metres; that of a sensor of {self.sensor.components[0]} depends on the place"
+            )
         return sqrt(self.sensor.noise[0, 0])
 
     def staying(self, stay: float, modes: int) -> Sojourn:

@@ -57,9 +57,7 @@ class Kind:
         """The default IMM, see :func:`jink.default_filter`."""
         n = int(axes or sensor.axes or 2)
         if n < 2:
-            raise ValueError(
-                "default_filter: the default filters turn in a plane; expected a sensor of 2 or 3 axes, got 1"
-            )
+            raise ValueError("default_filter: expected a sensor of 2 or 3 axes, got 1; the default filters model turns")
         rarer = max(1.0, RARE * positive("interval", interval, zero=True) / self.coast)
         wait = rarer * self.coast if coast is None else positive("coast", coast, zero=True)
         extent = sensor.extents(rarer * self.extent[0], rarer * self.extent[1], self.speed)

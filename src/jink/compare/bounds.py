@@ -37,7 +37,7 @@ def told(training: Simulation) -> Told:
     if training.input is None:
         return Told(
             0.0,
-            "told the whole acceleration of its smooth path; only position and velocity at the start are not",
+            "given the whole acceleration of the smooth path, but not its initial state",
         )
     rest = (_increments(training) - _commanded(training))[:, 1:]
     if (runs := len(rest)) > 1:  # what is the same in all runs is no noise: a jump of the velocity
@@ -48,13 +48,13 @@ def told(training: Simulation) -> Told:
     if sd < STILL:
         return Told(
             0.0,
-            "told every manoeuvre, and the truth has no noise; only position and velocity at the start are not",
+            "given every manoeuvre of a truth without noise, but not its initial state",
         )
     if float(np.std(rest[..., 0] - T / 2 * rest[..., 1])) > 0.1 * float(np.std(T / 2 * rest[..., 1])):
-        raise Unfit("the truth's noise or manoeuvres change between scans: use its own revisit time")
+        raise Unfit("the truth's noise or manoeuvres change between scans; use the scenario's own revisit time")
     if float((acceleration[:, 1:] * acceleration[:, :-1]).mean()) > 0.2 * sd * sd:
-        raise Unfit("the truth's noise lasts for several scans: use its own revisit time")
-    return Told(sd, f"told every manoeuvre, not the truth's acceleration noise of {sd:.3g} m/s²")
+        raise Unfit("the truth's noise lasts for several scans; use the scenario's own revisit time")
+    return Told(sd, f"given every manoeuvre, but not the truth's acceleration noise of {sd:.3g} m/s²")
 
 
 def clairvoyant(simulation: Simulation, known: Told, outliers: Outliers | None) -> Any:
@@ -68,7 +68,7 @@ def clairvoyant(simulation: Simulation, known: Told, outliers: Outliers | None) 
     elif known.sd and not np.any(simulation.turn_rate):
         manoeuvre = {"input": _in_axes(simulation.input[..., None], sensor.axes or 2)[..., 0]}  # type: ignore[index]
     else:
-        raise Unfit("a curved or jumping path can be told exactly only to a filter that is given positions")
+        raise Unfit("the filter can be given a curved or jumping path exactly only where the sensor measures positions")
     return of_known_input(
         simulation.time,
         simulation.z,

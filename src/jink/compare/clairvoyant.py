@@ -45,7 +45,7 @@ def clairvoyant(
     )
     known = None if displacement is None else _known_path(np.asarray(displacement, dtype=float), times)
     if known is not None and not (sensor.position_only and input is None):
-        raise ValueError("displacement: needs a Position sensor and no input beside it")
+        raise ValueError("displacement: expected a Position sensor and no input together with it")
     seen = z if known is None else z - known[..., 0]
     estimate = kalman.filter(
         times.reshape(-1),

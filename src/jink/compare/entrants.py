@@ -34,12 +34,14 @@ class Entrant:
 
 def raw(purpose: Purpose) -> Entrant:
     """No filter."""
-    return Entrant(name="raw", words="the measurements themselves, velocity by differences")
+    return Entrant(name="raw", words="the measurements themselves, with velocity by differences")
 
 
 def clairvoyant(purpose: Purpose) -> Entrant:
     """The Kalman filter that knows the commanded accelerations."""
-    return Entrant(name="clairvoyant", words="Kalman filter that is told every manoeuvre: a lower bound, no filter")
+    return Entrant(
+        name="clairvoyant", words="Kalman filter that is given every manoeuvre: a lower bound, not a usable filter"
+    )
 
 
 def near_optimal(purpose: Purpose) -> Entrant:

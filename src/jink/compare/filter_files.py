@@ -56,13 +56,15 @@ def suits(filter: Any, purpose: Purpose, path: str) -> str:
     along_axes = there.position_only and expected == ("x",)
     if expected != given and not along_axes:
         raise InputError(
-            f"{path}: its sensor measures {', '.join(expected)}; {purpose.name} is seen by a sensor of "
-            f"{', '.join(given)}"
+            f"{path}: the filter's sensor measures {', '.join(expected)}; "
+            f"expected {', '.join(given)} as in {purpose.name}"
         )
     for name in ("site", "reference"):
         if getattr(own, name, None) != getattr(there, name, None):
             raise InputError(
-                f"{path}: its sensor's {name} is {getattr(own, name, None)}; expected {getattr(there, name, None)}"
+                f"{path}: the {name} of the filter's sensor is {getattr(own, name, None)}; "
+                f"expected {getattr(there, name, None)}"
             )
     m = len(own.noise)
-    return "" if np.array_equal(own.noise, there.noise[:m, :m]) else "assumes another measurement noise than there is"
+    same = np.array_equal(own.noise, there.noise[:m, :m])
+    return "" if same else "the filter assumes a measurement noise that differs from the data's"

@@ -63,10 +63,14 @@ def near_optimal(z: Array, prior: Prior, *, sd: float, T: float = 1.0, hypothese
     if z.ndim != 3 or (not prior.per_axis and z.shape[2] != 2):
         raise ValueError(f"z: expected (runs, scans, {'axes' if prior.per_axis else '2'}), got {z.shape}")
     if not (sd > 0 and T > 0 and hypotheses >= 8):
-        raise ValueError(f"sd, T, hypotheses: expected above 0, above 0, at least 8; got {sd}, {T}, {hypotheses}")
+        raise ValueError(
+            f"sd, T and hypotheses: expected sd and T above 0 and hypotheses from 8, got {sd}, {T} and {hypotheses}"
+        )
     empty = (~np.isfinite(z)).all(axis=1).any(axis=-1)
     if empty.any():
-        raise ValueError(f"z: run {int(np.argmax(empty))} has no measurement in some axis")
+        raise ValueError(
+            f"z: expected a measurement in every axis of each run; run {int(np.argmax(empty))} has an axis without one"
+        )
     runs, scans, axes = z.shape
     rows = z.swapaxes(1, 2).reshape(runs * axes, scans, 1) if prior.per_axis else z
     done = [_run(rows[k : k + CHUNK], prior, sd, T, hypotheses) for k in range(0, len(rows), CHUNK)]

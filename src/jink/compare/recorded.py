@@ -90,7 +90,11 @@ def race_on_file(
     """
     recording = read(path, kind, seed, columns)
     entrants: dict[str, Entrant] = {guest.name: guest for guest in guests}
-    skipped = {"rows": f"{recording.left_out} rows in another number of axes"} if recording.left_out else {}
+    skipped = (
+        {"rows": f"{recording.left_out} rows are left out because they have another number of axes"}
+        if recording.left_out
+        else {}
+    )
     for name in names:
         try:
             entrants[name] = _enter(name, recording.purpose, seed)
@@ -112,7 +116,9 @@ def race_on_file(
         if name != "raw":
             used &= np.isfinite(answer["prediction_score"]) & np.isfinite(answer["prediction_rmse"])
     if not used.any():
-        raise InputError(f"{path}: no row is predicted by all filters: {', '.join(answers)}")
+        raise InputError(
+            f"{path}: no row is predicted by all of these filters: {', '.join(answers)}; compare fewer of them"
+        )
     units = int(np.unique(recording.unit[used]).size)
     return Race(
         scenario=path,
@@ -136,7 +142,7 @@ def read(path: str, kind: str, seed: int, columns: Mapping[str, str] | None = No
     measurements = load_files([path], Reading(columns)).measurements
     prepared = prepare(measurements, Settings(kind=kind))
     if not prepared.groups:
-        raise InputError(f"{path}: no row is left after cleaning; jink track says why")
+        raise InputError(f"{path}: no row is left after cleaning; jink track on this file says why")
     group = max(prepared.groups, key=lambda each: len(each.placed.time))
     placed = group.placed
     owner = placed.rows["target"].to_numpy().astype(str)[placed.offsets[:-1]]

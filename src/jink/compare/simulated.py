@@ -111,10 +111,13 @@ def prepare(source: Source, first: int) -> Field:
     scenario, training = source.scenario, source.training
     if scenario.schedule.count <= first:
         seen = f"{scenario.schedule.count} scans in {scenario.schedule.interval:g} s steps"
-        raise InputError(f"{scenario.name}: {seen}; a race needs at least {first + 1}")
+        raise InputError(f"{scenario.name}: {seen}; expected at least {first + 1} scans to compare filters on")
     observation = scenario.observation
     if not observation.sensor.locates:
-        raise InputError(f"{scenario.name}: one measurement alone starts no track; a race needs a sensor of positions")
+        raise InputError(
+            f"{scenario.name}: a track cannot start from one measurement of its sensor; "
+            "expected a sensor that measures positions"
+        )
     measured = raw(training).position
     noise = measured - training.truth.position[..., : measured.shape[2]]
     level = metrics.rmse(noise).value
@@ -160,8 +163,12 @@ def _enter(name: str, field: Field, seed: int, runs: int) -> Entrant:
             raise Unfit(field.why)
         bounds.clairvoyant(field.training, field.told, None)
         seen = field.scenario.observation
-        loose = "gross outliers or a bias make it no strict bound" if seen.outlier_share or seen.bias else ""
-        words = f"Kalman filter that is {field.told.words}: a lower bound, no filter"
+        loose = (
+            "it is not a strict bound, because the measurements have gross outliers or a bias"
+            if seen.outlier_share or seen.bias
+            else ""
+        )
+        words = f"Kalman filter that is {field.told.words}: a lower bound, not a usable filter"
         return replace(entrant, words=words, note=loose)
     if name == "near-optimal":
         _prior(field.scenario)
@@ -172,10 +179,10 @@ def _prior(scenario: Scenario) -> tuple[Any, float, float]:
     """Prior, sd (m) and T (s) of the near-optimal reference. Errors: Unfit where there is none."""
     sensor, seen = scenario.observation.sensor, scenario.observation
     if scenario.name not in PRIORS:
-        raise Unfit(f"there is one for {', '.join(PRIORS)}")
+        raise Unfit(f"it exists only for the scenarios {', '.join(PRIORS)}")
     plain = sensor.position_only and isinstance(getattr(sensor, "sd", None), int | float) and not seen.outlier_share
     if not plain or seen.bias or scenario.schedule.jitter:
-        raise Unfit("it needs positions of one sd without outliers, bias or jitter")
+        raise Unfit("it needs measured positions of one sd, without outliers, bias or jitter")
     return PRIORS[scenario.name], float(sensor.sd), scenario.schedule.interval  # type: ignore[arg-type]
 
 

@@ -73,14 +73,14 @@ def _read(path: str) -> dict[str, Array]:
     wanted = [name for name in (*KEYS, *known) if name in table.names]
     frame, broken = table.read(wanted)
     if broken.height:
-        raise InputError(f"{path}: {broken.height} rows cannot be read")
+        raise InputError(f"{path}: {broken.height} rows cannot be read; expected a file that jink simulate wrote")
     frame = frame.select(pl.col(wanted).cast(pl.Float64, strict=False)).sort("run", "scan")
     if not frame.height:
-        raise InputError(f"{path}: has no rows")
+        raise InputError(f"{path}: the file has no rows; expected simulated runs")
     truth = [name for name in wanted if name.startswith("true_")]
     for name in (*KEYS, *truth):
         if frame[name].is_null().any():
-            raise InputError(f"{path}: column {name} has values that are missing or no numbers")
+            raise InputError(f"{path}: column {name} has a missing value or text; expected a number in every row")
     return {name: frame[name].to_numpy() for name in wanted}
 
 
@@ -91,7 +91,7 @@ def _components(path: str, measured: list[str]) -> list[str]:
         return [name for name in known if name in measured]
     places = [name for name in ("x", "y", "z") if name in measured]
     if not places:
-        raise InputError(f"{path}: has no measurements; expected x, y, z or range, azimuth_deg")
+        raise InputError(f"{path}: no column holds a measurement; expected x, y, z or range, azimuth_deg")
     speeds = [f"v{name}" for name in places if f"v{name}" in measured]
     return places + (speeds if len(speeds) == len(places) else [])
 
@@ -107,12 +107,12 @@ def _simulation(path: str, columns: dict[str, Array], components: list[str], kin
     def stacked(labels: list[str]) -> Array:
         missing = [label for label in labels if label not in columns]
         if missing:
-            raise InputError(f"{path}: there is no column {', '.join(missing)}")
+            raise InputError(f"{path}: expected the columns that jink simulate writes; {', '.join(missing)} missing")
         return np.stack([columns[label].reshape(B, S) for label in labels], axis=-1)
 
     time = columns["time"].reshape(B, S)
     if S > 1 and not (np.diff(time, axis=1) > 0).all():
-        raise InputError(f"{path}: times of a run do not rise with its scans")
+        raise InputError(f"{path}: expected times that rise with the scans of a run; in one run they do not")
     z = stacked([COLUMNS[name][0] for name in components]) / [COLUMNS[name][1] for name in components]
     truth = Kinematics(*(stacked([f"{quantity}_{a}" for a in "xyz"[:axes]]) for quantity in QUANTITIES))
     known = "input_x" in columns
@@ -139,7 +139,7 @@ def _simulation(path: str, columns: dict[str, Array], components: list[str], kin
 
 
 def _no_more(draws: Any) -> Any:
-    raise InputError("a file has the runs it has")
+    raise InputError("more runs cannot be simulated from a file; expected at most the runs that it holds")
 
 
 def _some(every: Simulation, rows: np.ndarray) -> Simulation:
@@ -166,7 +166,7 @@ def _observation(path: str, training: Simulation) -> Observation:
     error = error[np.isfinite(error).all(axis=1)]
     sd = np.median(np.abs(error), axis=0) / 0.6745 if len(error) else np.zeros(1)
     if not (sd > 0).all():
-        raise InputError(f"{path}: the measurements are missing or have no noise")
+        raise InputError(f"{path}: the measurements are missing or equal the truth; expected measurements with noise")
     gross = float((np.abs(error) > GROSS * sd).any(axis=1).mean())
     usual = error[(np.abs(error) <= GROSS * sd).all(axis=1)]
     sd = np.sqrt((usual**2).mean(axis=0))

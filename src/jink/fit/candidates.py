@@ -63,7 +63,7 @@ def _ca(purpose: Purpose) -> Any:
 
 def _ct(purpose: Purpose) -> Any:
     if purpose.seen.axes == 1:
-        raise Unfit("turns need a plane, and each axis is filtered by itself")
+        raise Unfit("turns need two axes together; here each axis is filtered by itself")
     noise = _scaled(purpose, (purpose.acceleration / 20) ** 2, 2)
     return CoordinatedTurn(acceleration_psd=noise, turn_rate_psd=2.5e-7, turn_rate_prior_sd=0.06)
 

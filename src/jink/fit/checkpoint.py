@@ -59,12 +59,17 @@ class Checkpoint:
             if not all(isinstance(n, int) for n in (state.stage, state.evaluations)):
                 raise TypeError
         except FileNotFoundError:
-            raise InputError(f"there is no checkpoint {self.path} to resume from") from None
+            raise InputError(
+                f"checkpoint {self.path} does not exist, so the fit cannot resume; start it without --resume"
+            ) from None
         except (ValueError, KeyError, TypeError, UnicodeDecodeError):
-            raise InputError(f"{self.path} is no checkpoint of a fit") from None
+            raise InputError(
+                f"{self.path} does not hold a checkpoint of jink fit; start again without --resume"
+            ) from None
         other = [name for name, value in self.print.items() if search.get(name) != value]
         if other:
             raise InputError(
-                f"checkpoint {self.path} is of other {' and '.join(other)}; without --resume a new fit begins"
+                f"checkpoint {self.path} was written by a fit with different {' and '.join(other)}; "
+                "repeat that fit's options, or start a new fit without --resume"
             )
         return state

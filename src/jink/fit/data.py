@@ -61,7 +61,10 @@ def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_
     parts = [_simulated(s, runs, FITTING, seed, f, apart) for f, s in enumerate(scenarios)]
     axes = {part.z.shape[1] for part in parts}
     if len(axes) > 1:
-        raise InputError(f"{', '.join(s.name for s in scenarios)}: are seen in different numbers of components")
+        raise InputError(
+            f"{', '.join(s.name for s in scenarios)}: these scenarios are measured in different numbers of components; "
+            "expected the same number in all"
+        )
     name = ",".join(s.name for s in scenarios)
     tracks = joined(parts)
     if len(parts) == 1:  # whose noise is the sensor's
@@ -163,7 +166,7 @@ def _fitting(tracks: Tracks) -> Tracks:
     lengths = np.maximum.reduceat(rows, tracks.first) - tracks.first + 1
     kept = np.flatnonzero(lengths > 0)
     if not kept.size:
-        raise InputError("there are no rows to fit on: every part of a track is shorter than 4 rows")
+        raise InputError("no rows to fit on: every part of a track has fewer than 4 rows; expected longer tracks")
     return tracks.heads(kept, lengths[kept])
 
 
@@ -198,8 +201,8 @@ def parse_truth(given: str | None, path: str) -> dict[str, str] | None:
         name, equals, column = (text.strip() for text in item.partition("="))
         if not equals or not column or name not in SIMULATED_TRUTH:
             raise InputError(
-                f"--truth: {item!r} is not COMPONENT=COLUMN, for example px=true_x,vx=true_velocity_x, "
-                "or the word true for the columns that jink simulate writes"
+                f"--truth: expected COMPONENT=COLUMN, for example px=true_x,vx=true_velocity_x, got {item!r}. "
+                "The word true alone stands for the columns that jink simulate writes"
             )
         pairs[name] = column
     return pairs
@@ -224,7 +227,9 @@ def true_values(path: str, row: np.ndarray, truth: Mapping[str, str]) -> Array:
 def check_truth(truth: Array, components: Sequence[str], recording: Recording) -> None:
     """Errors: InputError where the truth lies nowhere near the measurements."""
     if not recording.sensor.position_only:
-        raise InputError("--truth: is compared with positions in metres; this file measures something else")
+        raise InputError(
+            "--truth: expected measured positions in metres to check the truth against; this file has none"
+        )
     sd = np.sqrt(np.diag(recording.sensor.noise))
     for k, name in enumerate(components):
         axis = "xyz".index(name[1])
@@ -233,7 +238,7 @@ def check_truth(truth: Array, components: Sequence[str], recording: Recording) -
         off = np.nanmedian(np.abs(truth[:, k] - recording.tracks.z[:, axis]))
         if not off <= MISPLACED * sd[axis]:
             raise InputError(
-                f"--truth: {name} lies {off:.3g} m from the measured position in the median, whose sd is "
-                f"{sd[axis]:.3g} m; "
-                "is it the truth of these targets, in the same coordinates?"
+                f"--truth: the median distance of {name} from the measured position is {off:.3g} m; "
+                f"the measurements' sd is {sd[axis]:.3g} m. "
+                "Check that the truth is of these targets and in the same coordinates"
             )

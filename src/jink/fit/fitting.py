@@ -113,14 +113,14 @@ def fit_filter(
     )
     if resume:
         if kept is None:
-            raise InputError("resume: needs the checkpoint to take up")
+            raise InputError("resume: expected checkpoint, the file in which the earlier fit kept its state")
         search.state = kept.read()
     try:
         found = search.run()
     except NotFinite as error:
         raise InputError(f"the fit cannot begin at {name}: {error}") from None
     if progress:
-        progress("standard errors, and the check on data held out", 0, 0)
+        progress("standard errors and the check on held-out data", 0, 0)
     return Fit.made(training, name, start, parameters, objective, tracks, found, seed=seed)
 
 
@@ -145,12 +145,12 @@ def training_data(
         data = [name.strip() for name in data.split(",") if name.strip()]
     names = [data] if isinstance(data, Scenario) else list(data)
     if not names:
-        raise InputError("data: expected a scenario, several with commas, or a file")
+        raise InputError("data: expected a scenario's name, several names with commas, or a file")
     for name in names:
         if isinstance(name, str) and name not in SCENARIOS and ("/" in name or "." in name):
             raise InputError(f"there is no file {name}")
     if truth is not None:
-        raise InputError("truth: a scenario has its own; the columns of a file are meant")
+        raise InputError("truth: expected only with a file, whose columns it names; a scenario brings its own truth")
     return from_scenarios(names, runs, seed, check_runs)
 
 
@@ -180,7 +180,7 @@ def chosen_objective(name: str | None, training: Training, ahead: int) -> Object
         raise InputError(f"ahead is {ahead}; only the prediction objective looks ahead")
     if name in ("tracking", "normalised"):
         if training.tracks.truth is None:
-            raise InputError(f"objective {name} needs the truth: name its columns with truth (--truth)")
+            raise InputError(f"objective {name} needs the truth; name the file's truth columns with truth (--truth)")
         return Tracking(name)
     return Likelihood() if name == "likelihood" else Prediction(ahead=ahead)
 
@@ -193,13 +193,15 @@ def _parameters(start: Any, free: Sequence[str], fixed: Sequence[str], training:
     rows = training.tracks.rows
     if rows < 10 * len(parameters):
         raise InputError(
-            f"{training.name}: {rows} rows to fit {len(parameters)} parameters on; expected at least ten rows for "
-            "each, "
-            f"{10 * len(parameters)}: give more data, or fix parameters"
+            f"{training.name}: {rows} rows are too few to fit {len(parameters)} parameters; expected at least "
+            f"{10 * len(parameters)}, ten for each. Give more data, or fix parameters"
         )
     missing = [c for c in training.tracks.components if c not in start.components]
     if training.tracks.truth is not None and missing:
-        raise InputError(f"the filter does not estimate {missing[0]}, which the truth has; name fewer components")
+        raise InputError(f"the truth names {missing[0]}, which the filter does not estimate; leave it out of the truth")
     if not differentiable(start) and len(parameters) > 40:
-        raise InputError(f"{len(parameters)} parameters are too many to fit without a gradient; fix some")
+        raise InputError(
+            f"{len(parameters)} parameters are too many for this filter, which has no gradient; expected at most 40. "
+            "Fix some of them"
+        )
     return parameters

@@ -47,7 +47,7 @@ def gradient(
     Derivatives, 2008, chapter 3.
     """
     if not differentiable(filter):
-        raise TypeError(f"{filter!r} cannot be differentiated: fit it without gradients")
+        raise TypeError(f"{filter!r} cannot be differentiated; fit it without gradients")
     if figure not in FIGURES:
         raise ValueError(f"figure: expected one of {', '.join(FIGURES)}, got {figure!r}")
     columns, prior = filter.columns, filter.initial if isinstance(filter.initial, Prior) else None
@@ -92,10 +92,10 @@ def gradient(
 
 def _target(filter: Any, tracks: Tracks) -> tuple[Sequence[int], Array]:
     if tracks.truth is None:
-        raise ValueError("tracks: have no truth to compare with")
+        raise ValueError("tracks: these tracks have no truth; the figure 'tracking' needs it")
     unknown = [name for name in tracks.components if name not in filter.components]
     if unknown:
-        raise ValueError(f"components: {unknown[0]!r} is none of {', '.join(filter.components)}")
+        raise ValueError(f"components: expected some of {', '.join(filter.components)}, got {unknown[0]!r}")
     return [filter.components.index(name) for name in tracks.components], np.ascontiguousarray(
         tracks.truth, dtype=float
     )

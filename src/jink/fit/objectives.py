@@ -105,7 +105,7 @@ class Prediction:
         elif self.ahead == 1:
             sums = _of_tracks(counts * np.nan_to_num(predicted_residual(filter, tracks)) ** 2, tracks)
         else:
-            raise ValueError(f"ahead: is {self.ahead}; a filter without gradients is fitted on predictions of one scan")
+            raise ValueError(f"ahead: expected 1 for a filter without gradients, got {self.ahead}")
         return _from_sums(sums, np.zeros((0, *sums.shape)), counts, tracks, [[c] for c in range(sums.shape[1])]).value
 
 

@@ -34,10 +34,14 @@ class Parameters:
         self.all_names = known = [name for part in found for name in part.names]
         for pattern in (*free, *fixed):
             if not self.known(pattern):
-                raise ValueError(f"{pattern!r} names no number of this filter; they are {', '.join(known) or 'none'}")
+                raise ValueError(
+                    f"this filter has no parameter {pattern!r}; its parameters are {', '.join(known) or 'none'}"
+                )
         self.parts: list[Part] = [part for part in found if _wanted(part.names, free, fixed)]
         if not self.parts:
-            raise ValueError(f"nothing is left to fit; numbers of this filter: {', '.join(known) or 'none'}")
+            raise ValueError(
+                f"no parameter is left to fit; the parameters of this filter are {', '.join(known) or 'none'}"
+            )
         self.start = np.array([u for part in self.parts for u in part.read(self.body)], dtype=float)
 
     @property

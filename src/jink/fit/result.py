@@ -219,10 +219,13 @@ def stumbles(found: Found, filter: Any) -> list[str]:
     """What went less well than usual in the search."""
     said = []
     if not differentiable(filter):
-        said.append("this filter has no gradient: fitted by CMA-ES, without intervals of its parameters")
+        said.append("this filter has no gradient, so CMA-ES fitted it; its parameters have no intervals")
     first, count = found.stumbled
     if count:
-        said.append(f"{count} of {found.evaluations} places that were looked at give no number, the first: {first}")
+        said.append(
+            f"{count} of {found.evaluations} parameter sets that the search tried gave no finite value; "
+            f"the first: {first}"
+        )
     return said
 
 
@@ -230,25 +233,31 @@ def warnings_of(fit: Fit, training: Training, tracks: Tracks) -> list[str]:
     """What a reader must know before using the fitted filter."""
     said = []
     if fit.race.scenario != training.name:
-        said.append(f"checked on {fit.race.scenario} alone; jink compare shows the others")
+        said.append(f"the check used {fit.race.scenario} alone; jink compare shows the other scenarios")
     P = len(fit.parameters)
     owners = len(tracks) if tracks.owner is None else len(np.unique(tracks.owner))
     if tracks.rows < FEW_ROWS * P or owners < FEW_OWNERS:
         said.append(f"little data: {tracks.rows:,} rows of {owners} targets or runs for {P} parameters")
     vague = [n for n, sd in zip(fit.parameters.names, fit.sd, strict=True) if not np.isnan(sd) and sd > VAGUE]
     if vague:
-        said.append(f"the data hardly say: {', '.join(vague)} (standard error above a factor of e)")
+        said.append(f"the data do not determine {', '.join(vague)}: the standard error is above a factor of e")
     far = np.abs(fit.u - fit.parameters.start) > FARTHEST - 0.1
     if far.any():
-        said.append(f"at the end of its range: {', '.join(np.array(fit.parameters.names)[far])}")
+        said.append(
+            f"the fit stopped at the end of the allowed range for {', '.join(np.array(fit.parameters.names)[far])}"
+        )
     if fit.partial:
-        said.append("cut short: these are the best parameters so far")
+        said.append("the fit was cut short; these are the best parameters so far")
     said += _consistency(fit)
     if "imm" in fit.race.tallies and any(fit.race.compare(FITTED, "imm", m).verdict == "worse" for m in fit.judged[:1]):
-        said.append("the default IMM, not fitted, is better on held-out data: fit that one (--filter imm)")
+        said.append("the default IMM, not fitted, is better on held-out data; fit that one (--filter imm)")
     if not fit.gain:
         worse = any(fit.race.compare(FITTED, START, m).verdict == "worse" for m in fit.judged)
-        said.append("worse than before on held-out data" if worse else "no gain over before on held-out data")
+        said.append(
+            "the fitted filter is worse than before on held-out data"
+            if worse
+            else "the fitted filter gains nothing on held-out data"
+        )
     return said
 
 
@@ -270,5 +279,5 @@ def _believes(where: str, inside: float, too_little: bool) -> list[str]:
         return []
     words = f"{100 * inside:.1f}% of the held-out NIS{where} lie inside their 95% band"
     if too_little:
-        return [f"under-confident: {words}, most of the others below; errors are smaller than the filter believes"]
-    return [f"over-confident: {words}, most of the others above; errors are larger than the filter believes"]
+        return [f"under-confident: {words}; most others lie below, so errors are smaller than the filter believes"]
+    return [f"over-confident: {words}; most others lie above, so errors are larger than the filter believes"]

@@ -119,7 +119,7 @@ def search(
     )
     done = {name: outcome for name, outcome in outcomes.items() if outcome.found is not None}
     left |= {name: outcome.failed for name, outcome in outcomes.items() if outcome.found is None}
-    why = "interrupted" if interrupted else "no time left"
+    why = "interrupted" if interrupted else "no time was left"
     left |= {job.name: why for job in jobs if job.name not in outcomes}
     if not done:
         if interrupted:
@@ -172,15 +172,17 @@ def _jobs(
             left[candidate.name] = str(why)
             continue
         if start.axes != training.tracks.z.shape[1]:
-            left[candidate.name] = "needs a plane, and here each axis is filtered by itself"
+            left[candidate.name] = "it needs two axes together; here each axis is filtered by itself"
             continue
         if training.tracks.rows < 10 * len(parameters):
-            left[candidate.name] = f"{training.tracks.rows} rows are too few for its {len(parameters)} parameters"
+            left[candidate.name] = (
+                f"{training.tracks.rows} rows are too few for its {len(parameters)} parameters; it needs ten for each"
+            )
             continue
         starts[candidate.name] = (start, parameters)
     nothing = [pattern for pattern in (*free, *fixed) if pattern not in named]
     if nothing:
-        raise InputError(f"{nothing[0]!r} names no number of any candidate")
+        raise InputError(f"no candidate has a parameter {nothing[0]!r}; expected a name such as *.acceleration_psd")
     order = sorted(starts, key=lambda name: len(starts[name][1]))
     jobs = [Job(name, starts[name][0].described(), starts[name][1].names) for name in order]
     return jobs, starts, left

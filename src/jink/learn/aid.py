@@ -164,7 +164,7 @@ def _pairs(seen: Seen, runs: Runs, inputs: str, count: int, corrects: Sequence[s
     """Inputs (N, count) and wanted corrections (N, outputs) of all scans and axes with a measurement and a truth."""
     missing = [name for name in corrects if name not in seen.estimate]
     if missing:
-        raise ValueError(f"corrects: the filter does not estimate {missing[0]}")
+        raise ValueError(f"corrects: expected what the filter estimates; it does not estimate {missing[0]}")
     u, unit = inputs_of(inputs, count, seen), unit_of(inputs, corrects, seen)
     error = np.stack([getattr(runs, name) - seen.estimate[name] for name in corrects], axis=-1)
     with np.errstate(invalid="ignore"):

@@ -98,8 +98,8 @@ def from_scenario(
     sd = getattr(found.observation.sensor, "sd", None)
     if not isinstance(sd, int | float):
         raise ValueError(
-            f"{found.name}: expected a position sensor of one sd to train on, "
-            f"got {type(found.observation.sensor).__name__}; give sensor= a noise in metres"
+            f"{found.name}: expected a position sensor of one sd, got {type(found.observation.sensor).__name__}; "
+            "set sensor to a noise in metres"
         )
     s = found.simulate(runs, seed)
     return Runs(
@@ -121,7 +121,7 @@ def from_tracks(tracks: Tracks, sd: float, name: str) -> Runs:
     sd (m) of the measured positions. Errors: ValueError without a truth of positions.
     """
     if tracks.truth is None or "px" not in tracks.components:
-        raise ValueError("tracks: expected the truth of their positions")
+        raise ValueError("tracks: expected tracks with a true position; these have none")
     lengths = np.diff(tracks.offsets)
     axes = "xyz"[: tracks.z.shape[1]]
     rows = np.arange(int(lengths.max()))
@@ -163,8 +163,8 @@ def from_file(path: str | os.PathLike[str], sd: float) -> Runs:
     missing = [name for name in needed if name not in table.columns]
     if not axes or missing:
         raise ValueError(
-            f"{text}: has no column {(missing or ['x'])[0]!r}; expected measurements with their truth, as jink "
-            "simulate writes them"
+            f"{text}: column {(missing or ['x'])[0]!r} is missing; expected measurements with their truth, "
+            "as jink simulate writes them"
         )
     parts = table.partition_by("target", maintain_order=True)
     rows = pl.concat(parts)
@@ -198,7 +198,7 @@ def joined(parts: list[Runs]) -> Runs:
     Errors: ValueError for other axes or another sd.
     """
     if len({(part.axes, part.sd) for part in parts}) != 1:
-        raise ValueError("parts: expected the same axes and sd in all")
+        raise ValueError("parts: expected the same axes and the same sd in all parts; they differ")
     scans = max(part.time.shape[1] for part in parts)
 
     def filled(part: Runs, name: str) -> Array:

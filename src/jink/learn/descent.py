@@ -59,7 +59,7 @@ class Kept(Generic[T]):
     def value(self) -> T:
         """The best. Errors: ValueError where every loss was NaN or infinite."""
         if self._value is None:
-            raise ValueError("training: no step had a finite loss; are there numbers that are not finite in the data?")
+            raise ValueError("training: no step had a finite loss; check the data for NaN and infinite numbers")
         return self._value
 
 

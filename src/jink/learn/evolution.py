@@ -64,7 +64,8 @@ def search(
             values = told[generation]
             if values.shape != (len(x),):
                 raise ValueError(
-                    f"checkpoint: {checkpoint} is of another search ({values.size} candidates, not {len(x)})"
+                    f"checkpoint: {checkpoint} was written by another search, with {values.size} candidates; "
+                    f"expected {len(x)}"
                 )
             start.tell(x, values)
             place = int(np.argmin(values))
@@ -86,7 +87,9 @@ def _read(checkpoint: str | os.PathLike[str] | None, about: str) -> list[Array]:
         return []
     with np.load(checkpoint, allow_pickle=False) as stored:
         if str(stored["about"]) != about:
-            raise ValueError(f"checkpoint: {checkpoint} is of another search: {stored['about']}; this is {about}")
+            raise ValueError(
+                f"checkpoint: {checkpoint} was written by another search: {stored['about']}; expected {about}"
+            )
         ends = np.cumsum(stored["sizes"])[:-1]
         return np.split(stored["losses"], ends)
 

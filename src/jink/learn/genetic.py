@@ -45,13 +45,13 @@ class Settings:
         if self.optimiser not in OPTIMISERS:
             raise ValueError(f"optimiser: expected one of {', '.join(OPTIMISERS)}, got {self.optimiser!r}")
         if not 0 <= self.weight <= 1:
-            raise ValueError(f"weight: expected 0 to 1, got {self.weight:g}")
+            raise ValueError(f"weight: expected a number from 0 to 1, got {self.weight:g}")
         for name in ("generations", "most_rules", "population"):
             if int(getattr(self, name)) != getattr(self, name) or getattr(self, name) < 1:
                 raise ValueError(f"{name}: expected a whole number from 1, got {getattr(self, name)!r}")
         positive("unit", self.unit)
         if positive("widen", self.widen) < 1:
-            raise ValueError(f"widen: expected at least 1, got {self.widen:g}")
+            raise ValueError(f"widen: expected a number from 1, got {self.widen:g}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -124,8 +124,8 @@ def learn(
     known = _runs(training)
     if missing := missing_truth(name, known):
         raise InputError(
-            f"{training.name}: {name} is learned on the true {missing} too; name its columns with truth (--truth "
-            f"{NEEDED[missing]})"
+            f"{training.name}: {name} also needs the true {missing}; name its columns with truth "
+            f"(--truth {NEEDED[missing]})"
         )
     started = None if base is None else starting_filter(base, training, seed)[1]
     if of_one_axis(started):
@@ -163,8 +163,8 @@ def learn(
 def _simulated_truth(path: str) -> str:
     if SIMULATED_TRUTH["px"] not in open_table(Path(path)).names:
         raise InputError(
-            f"{path} has no column {SIMULATED_TRUTH['px']!r}; name the columns of its truth (--truth px=COLUMN,py=…), "
-            "or use jink fit, which needs no truth"
+            f"{path} has no column {SIMULATED_TRUTH['px']!r} with the truth. Name its truth columns "
+            "(--truth px=COLUMN,py=…), or use jink fit, which needs no truth"
         )
     return "true"
 
@@ -174,7 +174,7 @@ def _runs(training: Training) -> Runs:
     try:
         sd = training.purpose.position_sd
     except Unfit as error:
-        raise InputError(f"{training.name}: {error}; learned filters take measured positions") from None
+        raise InputError(f"{training.name}: {error}; expected measured positions for a learned filter") from None
     if training.purpose.recorded and tracks.truth is not None:
         sd = _seen_sd(training)
     try:
@@ -194,7 +194,9 @@ def _seen_sd(training: Training) -> float:
 
 def _split(runs: Runs, seed: int) -> tuple[Runs, Runs]:
     if len(runs) < FEWEST:
-        raise InputError(f"{runs.name}: {len(runs)} tracks with truth; expected at least {FEWEST} to learn from")
+        raise InputError(
+            f"{runs.name}: {len(runs)} tracks with truth are too few to learn from; expected at least {FEWEST}"
+        )
     order = np.random.default_rng(seed).permutation(len(runs))
     some = max(1, round(VALIDATION * len(runs)))
     return runs.take(np.sort(order[some:])), runs.take(np.sort(order[:some]))
@@ -204,9 +206,9 @@ def _checked(training: Training, name: str, filter: Any, constant: Any, fitted: 
     entrants = [Entrant(name=LEARNED, words=f"{name}, learned", filter=filter, fitted=fitted)]
     inner = getattr(filter, "filter_", None)
     if inner is not None:
-        entrants.append(Entrant(name=BASE, words="the same filter without its aid", filter=inner))
+        entrants.append(Entrant(name=BASE, words="the same filter without the learned correction", filter=inner))
     if constant is not None:
-        words = "the same modes with one constant noise each, found on the same runs within the same bounds"
+        words = "the same modes with one constant noise each, searched on the same runs within the same bounds"
         entrants.append(Entrant(name=CONSTANTS, words=words, filter=constant, fitted=fitted))
     try:
         shipped = FILTERS[name](training.purpose)
@@ -233,5 +235,5 @@ def _warnings(learned: Learned, runs: Runs) -> list[str]:
     if len(runs) < 20 or rows < 2000:
         said.append(f"little data: {len(runs)} tracks, {rows:,} scans with truth")
     if learned.race.worse_than_raw(LEARNED):
-        said.append("worse than the measurements themselves on held-out data")
+        said.append("the learned filter is worse than the measurements themselves on held-out data")
     return said

@@ -83,7 +83,9 @@ def tichavsky_bound(F: ArrayLike, Q: ArrayLike, information: ArrayLike, P0: Arra
     C[0] = np.linalg.inv(J)
     for k in range(1, scans):
         if np.linalg.matrix_rank(noise[k]) < n:
-            raise ValueError(f"Q: is singular in scan {k}; linear motion with such noise has posterior_bound")
+            raise ValueError(
+                f"Q: expected a regular matrix, got a singular one in scan {k}; use posterior_bound for linear motion"
+            )
         precision = np.linalg.inv(noise[k])
         D11 = np.einsum("rji,jl,rlm->im", jacobians[:, k], precision, jacobians[:, k], optimize=True) / len(jacobians)
         D12 = -jacobians[:, k].mean(axis=0).T @ precision

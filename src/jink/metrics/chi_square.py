@@ -39,7 +39,7 @@ def quantile(p: float, dof: int) -> float:
     Errors: ValueError unless 0 < p < 1 and dof is a whole number from 1.
     """
     if not 0 < p < 1 or dof < 1 or int(dof) != dof:
-        raise ValueError(f"p, dof: expected a probability and a whole number from 1, got {p!r}, {dof!r}")
+        raise ValueError(f"p and dof: expected a probability and a whole number from 1, got {p!r} and {dof!r}")
     start = wilson_hilferty(p, dof)
     if dof >= LARGE:
         return start

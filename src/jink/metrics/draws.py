@@ -24,7 +24,7 @@ class Draws:
             raise ValueError(f"seed: expected a non-negative integer, got {seed!r}")
         self.runs = np.asarray(runs, dtype=np.int64)
         if self.runs.ndim != 1 or (self.runs < 0).any():
-            raise ValueError("runs: expected the numbers of runs, from 0")
+            raise ValueError("runs: expected the numbers of runs, each a whole number from 0")
         self._stream, self._draw = STREAMS.index(stream), 0
         self._bits = np.random.Philox(key=np.random.SeedSequence(int(seed)).generate_state(2, np.uint64))
         self._numbers = np.random.Generator(self._bits)

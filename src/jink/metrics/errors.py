@@ -131,7 +131,9 @@ def lost(position_error: ArrayLike, limit: float, *, scans: int = 5) -> Figure:
     Source: a distance from the truth, as in Blair, Watson, Kirubarajan & Bar-Shalom 1998.
     """
     if not limit > 0 or int(scans) != scans or scans < 1:
-        raise ValueError(f"limit, scans: expected above 0 and a whole number from 1, got {limit!r}, {scans!r}")
+        raise ValueError(
+            f"limit and scans: expected a number above 0 and a whole number from 1, got {limit!r} and {scans!r}"
+        )
     square = squared(position_error)
     begun = np.maximum.accumulate(np.isfinite(square), axis=1)
     far = begun & ~(square <= limit * limit)

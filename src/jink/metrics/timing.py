@@ -17,7 +17,7 @@ def microseconds_per_update(work: Callable[[], object], updates: int, *, repetit
     se = 1.253 sd/√repetitions, that of a median. Errors: ValueError for no updates or repetitions.
     """
     if updates < 1 or repetitions < 1:
-        raise ValueError(f"updates, repetitions: expected at least 1, got {updates!r}, {repetitions!r}")
+        raise ValueError(f"updates and repetitions: expected at least 1, got {updates!r} and {repetitions!r}")
     work()
     costs = np.empty(repetitions)
     for k in range(repetitions):

@@ -165,7 +165,8 @@ def _flights(tracks: Any, duration: float) -> Iterator[Spline]:
                 yield Spline.through(time[kept] - time[kept[0]], points[kept])
     if not found:
         raise InputError(
-            f"no track lasts {duration:g} s without a gap of more than {GAP:g} s; the longest lasts {longest:.0f} s"
+            f"expected a track that lasts {duration:g} s without a gap of more than {GAP:g} s; "
+            f"the longest lasts {longest:.0f} s"
         )
 
 

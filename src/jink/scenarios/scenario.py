@@ -130,7 +130,7 @@ class Scenario:
 def _numbers(runs: int | Sequence[int] | np.ndarray) -> np.ndarray:
     if isinstance(runs, int | np.integer):
         if runs < 1:
-            raise ValueError(f"runs: expected a number of at least 1, got {runs}")
+            raise ValueError(f"runs: expected at least 1, got {runs}")
         return np.arange(int(runs))
     numbers = np.asarray(runs, dtype=np.int64)
     if numbers.ndim != 1 or numbers.size == 0:

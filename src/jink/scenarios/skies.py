@@ -101,7 +101,7 @@ def _skies() -> list[Sky]:
     fixed = [
         Sky(
             name="sky-crossing",
-            summary="two targets cross, their start is known",
+            summary="two targets cross; their start is known",
             paths=crossing,
             interval=1.0,
             sd=sqrt(0.75),
@@ -118,7 +118,7 @@ def _skies() -> list[Sky]:
         ),
         Sky(
             name="sky-four",
-            summary="four targets within a metre of each other in the middle scan, when one ends",
+            summary="four targets come within a metre of each other in the middle scan, when one of them ends",
             paths=four,
             interval=1.0,
             sd=1.0,

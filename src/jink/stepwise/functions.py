@@ -70,7 +70,10 @@ class StepFunction:
             lambda: np.stack([self._once(x[[b]], dt[[b]], float(dt[b]))[0] for b in range(tracks)])
         )
         if together is None and one_by_one is None:
-            raise ValueError(f"{name}: with dt an array of shape ({tracks},): {why}; with dt a float: {why_not}")
+            raise ValueError(
+                f"{name}: expected a function of dt as a float or an array. "
+                f"With an array of shape ({tracks},): {why}. With a float: {why_not}"
+            )
         self.takes_arrays = together is not None and (
             one_by_one is None or np.allclose(together, one_by_one, equal_nan=True)
         )

@@ -52,7 +52,7 @@ class OwnMode:
         for name in ("f", "Q"):
             if not callable(getattr(motion, name, None)):
                 raise TypeError(
-                    f"motions: expected one of jink's motion models or one with f(x, dt) and Q(dt), got {self.owner}"
+                    f"motions: expected a motion model of jink or one with f(x, dt) and Q(dt), got {self.owner}"
                 )
         self.components = _components(motion, self.owner, axes)
         self.prior = _prior(motion, self.owner, self.components)
@@ -70,7 +70,10 @@ class OwnMode:
         """As :class:`Mode`."""
         n = len(self.components)
         if u is not None and self._G is None:
-            raise ValueError(f"input: {self.owner} has no G(dt) to say how a known acceleration moves it")
+            raise ValueError(
+                f"input: expected a motion with G(dt), which says how a known acceleration moves it; "
+                f"{self.owner} has none"
+            )
         rows = np.flatnonzero(dt != 0)
         if len(rows) == len(dt) and len(dt):
             return self._move(dt, x, P, u)
@@ -117,7 +120,7 @@ def _components(motion: Any, owner: str, axes: int) -> tuple[str, ...]:
         per = {2 * axes: "pv", 3 * axes: "pva"}.get(n)
         if per is None:
             raise ValueError(
-                f"{owner}: has {n} components in {axes} axes; name them with an attribute components, "
+                f"{owner}: the state has {n} components in {axes} axes; name them in an attribute components, "
                 'such as ("px", "vx", "py", "vy", "turn_rate")'
             )
         return tuple(f"{c}{axis}" for axis in "xyz"[:axes] for c in per)
@@ -133,7 +136,7 @@ def _prior(motion: Any, owner: str, components: Sequence[str]) -> Array:
     given = dict(getattr(motion, "prior_variance", None) or {})
     for name in given:
         if name not in components:
-            raise ValueError(f"{owner}.prior_variance: {name!r} is none of {', '.join(components)}")
+            raise ValueError(f"{owner}.prior_variance: expected some of {', '.join(components)}, got {name!r}")
     return np.array(
         [positive(f"{owner}.prior_variance[{c!r}]", given[c]) if c in given else np.nan for c in components]
     )

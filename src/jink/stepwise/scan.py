@@ -62,7 +62,9 @@ class Scan:
         """Errors: ValueError if no sensor can start a track."""
         if not self.starts:
             names = ", ".join(look.owner for look in self.looks)
-            raise ValueError(f"initial: {names} measures no position to start a track from; expected jink.Prior(x, P)")
+            raise ValueError(
+                f"initial: expected jink.Prior(x, P), because {names} measures no position from which to start a track"
+            )
 
     def places(self, j: int, i: int) -> Array:
         """Where mode j's components stand in mode i, −1 where it has none."""

@@ -148,7 +148,7 @@ class OwnSensor:
         if len({mode.components for mode in modes}) > 1:
             raise ValueError(
                 f"{self.owner}: the modes have different states ({', '.join(union(modes))} together); "
-                'say what h(x) is a function of with an attribute state, such as ("px", "vx", "py", "vy")'
+                'name the components that h(x) takes in an attribute state, such as ("px", "vx", "py", "vy")'
             )
         return modes[0].components
 
@@ -158,7 +158,8 @@ class OwnSensor:
         extent = getattr(self._sensor, "extent", outliers.extent)
         if np.shape(extent) != (self.rows,):
             raise ValueError(
-                f"{self.owner}.extent: with outliers expected {self.rows} numbers, how far each component may lie"
+                f"{self.owner}.extent: expected {self.rows} numbers because the filter has outliers: "
+                "how far each component may lie"
             )
         return np.array([log(positive(f"{self.owner}.extent", e)) for e in np.atleast_1d(extent)])
 
@@ -224,8 +225,8 @@ class View:
         for k in self._seen.unknown:
             if look.state[k] in look.needs:
                 raise ValueError(
-                    f"{look.owner}: measures by {look.state[k]}, which {mode.owner} "
-                    f"({', '.join(mode.components)}) lacks"
+                    f"{look.owner}: the measurement depends on {look.state[k]}; expected it among the components of "
+                    f"{mode.owner}, which are {', '.join(mode.components)}"
                 )
 
     def linearise(

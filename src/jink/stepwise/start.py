@@ -106,5 +106,5 @@ def check_priors(modes: Sequence[Mode], starts: bool) -> None:
             measured = name[0] in "pv" and name[1:] in ("x", "y", "z")
             lacking = [m.owner for m in modes if name not in m.components]
             if np.isnan(variance) and (lacking or (starts and not measured)):
-                why = f"{lacking[0]} has none to enter from" if lacking else "a track starts without it"
-                raise ValueError(f"{mode.owner}.prior_variance: expected a variance for {name!r}, since {why}")
+                why = f"{lacking[0]} does not have it" if lacking else "no measurement gives it at the start of a track"
+                raise ValueError(f"{mode.owner}.prior_variance: expected a variance for {name!r}, because {why}")
