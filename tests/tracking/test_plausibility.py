@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -13,6 +15,7 @@ import jink
 from jink.cli.main import app
 from jink.io.errors import InputError
 from jink.scenarios import SCENARIOS
+from jink.tracking import plausibility
 
 COUNT = 120
 
@@ -135,3 +138,14 @@ def test_the_command_refuses_what_cannot_be(tmp_path):
     assert "2 targets under one name" in done.output and "--columns target=NAME" in done.output
     done = CliRunner().invoke(app, ["track", str(path), "--kind", "vessel", "-o", str(out), "--no-check"])
     assert done.exit_code == 0 and out.exists()
+
+
+def test_every_code_is_explained():
+    source = Path(plausibility.__file__).read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs/warnings.md").read_text(encoding="utf-8")
+    named = set(re.findall(r'"([a-z]+(?:_[a-z]+)*)"(?= if small| if several|,\n +f?")', source)) | {
+        "noise_huge",
+        "rejected",
+    }
+    assert {"too_fast", "dates", "several_targets", "noise_tiny"} <= named
+    assert [code for code in named if f"`{code}`" not in page] == []
