@@ -1,5 +1,5 @@
 // The Python face of live tracks: one target or many, a scan at a time.
-#include "bindings/bindings.hpp"
+#include "bindings/live_checks.hpp"
 #include "run/live.hpp"
 
 namespace {
@@ -95,7 +95,7 @@ class LiveOne : public Live<double> {
         double values[largest_measurement];
         const double time = seconds(t);
         components(z, columns, values);
-        if (std::isnan(time)) throw nb::value_error("t: is not a time");
+        check_time(time);
         if (started(0) && time < time_of(0)) throw nb::value_error("t: lies before the last update; updates must come in the order of time");
         if (sensor < 0 || sensor >= int(c->sensors.size())) throw nb::value_error("sensor: there is no sensor of that index");
         for (int r = 0; r < columns; ++r)
@@ -105,10 +105,16 @@ class LiveOne : public Live<double> {
         Const R, u;
         if (!noise.is_none()) {
             R = nb::cast<Const>(noise);
+            check_noise(R, columns);
             rows.noise = R.data(), rows.full_noise = R.ndim() == 2;
         }
-        if (!input.is_none()) u = nb::cast<Const>(input), rows.input = u.data();
+        if (!input.is_none()) {
+            u = nb::cast<Const>(input);
+            check_input(u, c->declared.axes());
+            rows.input = u.data();
+        }
         Estimate e;
+        const std::lock_guard lock(busy);
         Live<double>::update(0, rows, with_nis, e);
         e.c = c;
         e.status = !e.started ? Status::none
@@ -121,6 +127,8 @@ class LiveOne : public Live<double> {
     Estimate predict_one(nb::handle t) {
         Estimate e;
         const double time = seconds(t);
+        check_time(time);
+        const std::lock_guard lock(busy);
         Live<double>::predict(0, &time, true, e);
         e.c = c, e.status = e.started ? Status::predicted : Status::none;
         return e;
@@ -135,9 +143,11 @@ class LiveMany : public Live<Pack> {
     void update_all(Const t, Const z, nb::object sensor, nb::object noise, nb::object input, nb::list results, bool predict_only) {
         BatchOutput out;
         double *pointers[7] = {};
+        if (t.size() != 1 && t.size() != std::size_t(targets())) throw wrong("t: expected one time or one for each target");
+        for (std::size_t k = 0; k < t.size(); ++k) check_time(t.data()[k]);
         for (int k = 0; k < 7; ++k)
-            if (!results[k].is_none()) pointers[k] = nb::cast<Doubles>(results[k]).data();
-        unsigned char *status = nb::cast<nb::ndarray<unsigned char, nb::c_contig>>(results[7]).data();
+            if (!results[k].is_none()) pointers[k] = nb::cast<Doubles>(results[k], false).data();
+        unsigned char *status = nb::cast<nb::ndarray<unsigned char, nb::c_contig>>(results[7], false).data();
         Rows rows{t.data(), t.size() == 1, z.data()};
         nb::ndarray<const std::int32_t, nb::c_contig> which;
         Const R, u;
@@ -145,6 +155,7 @@ class LiveMany : public Live<Pack> {
         if (!noise.is_none()) R = nb::cast<Const>(noise), rows.noise = R.data(), rows.full_noise = R.ndim() == 3;
         if (!input.is_none()) u = nb::cast<Const>(input), rows.input = u.data();
         nb::gil_scoped_release released;
+        const std::lock_guard lock(busy);
         Combine<Pack> combine(*c);
         Snapshot<Pack> s;
         for (int p = 0; p < packs(); ++p) {
@@ -183,20 +194,34 @@ class LiveMany : public Live<Pack> {
 };
 
 template <class L> nb::bytes save_state(const L &live) {
-    Vector all(std::size_t(live.numbers()) * live.targets());
-    for (int k = 0; k < live.targets(); ++k) live.save(k, &all[std::size_t(k) * live.numbers()]);
-    return nb::bytes(all.data(), all.size() * sizeof(double));
+    const std::lock_guard lock(live.busy);
+    const std::string state = live.save();
+    return nb::bytes(state.data(), state.size());
 }
 
 template <class L> void restore_state(L &live, nb::bytes state) {
-    const std::size_t count = std::size_t(live.numbers()) * live.targets();
-    if (state.size() != count * sizeof(double)) throw nb::value_error("state: was saved by another filter or for another number of targets");
-    Vector all(count);
-    std::memcpy(all.data(), state.c_str(), state.size());
-    for (int k = 0; k < live.targets(); ++k) live.restore(k, &all[std::size_t(k) * live.numbers()]);
+    const std::lock_guard lock(live.busy);
+    live.restore(state.c_str(), state.size());
 }
 
-template <class L> void begin_at(L &live, int k, Const x, Const P, double time) { live.begin(k, x.data(), P.data(), time); }
+template <class L> void begin_at(L &live, int target, Const x, Const P, double time) {
+    check_target(target, live.targets());
+    check_state(x, P, time, live.c->reported.n);
+    const std::lock_guard lock(live.busy);
+    live.begin(target, x.data(), P.data(), time);
+}
+
+template <class L> void reset_at(L &live, int target) {
+    check_target(target, live.targets());
+    const std::lock_guard lock(live.busy);
+    live.reset(target);
+}
+
+template <class L> double time_at(const L &live, int target) {
+    check_target(target, live.targets());
+    const std::lock_guard lock(live.busy);
+    return live.time_of(target);
+}
 
 const char *status_name(Status s) {
     static const char *names[] = {"none", "updated", "predicted", "gated", "restarted", "initialised"};
@@ -233,7 +258,7 @@ void bind_live(nb::module_ &module, nb::class_<Engine> &engine) {
         .def("predict", &LiveOne::predict_one, "t"_a, "The estimate expected at time t; the live state is not touched.")
         .def("begin", [](LiveOne &live, Const x, Const P, double time) { begin_at(live, 0, x, P, time); }, "x"_a, "P"_a, "time"_a,
              "Start from a given state at a time.")
-        .def("reset", [](LiveOne &live) { live.reset(0); }, "Forget the target; the next position starts a new one.")
+        .def("reset", [](LiveOne &live) { reset_at(live, 0); }, "Forget the target; the next position starts a new one.")
         .def("save", save_state<LiveOne>, "The state as bytes, the same on every machine.")
         .def("restore", restore_state<LiveOne>, "state"_a, "Take up a saved state.")
         .def("__getstate__", save_state<LiveOne>);
@@ -241,8 +266,8 @@ void bind_live(nb::module_ &module, nb::class_<Engine> &engine) {
     nb::class_<LiveMany>(module, "LiveMany")
         .def("update", &LiveMany::update_all, "t"_a, "z"_a, "sensor"_a.none(), "noise"_a.none(), "input"_a.none(), "results"_a, "predict_only"_a)
         .def("begin", begin_at<LiveMany>)
-        .def("reset", &LiveMany::reset)
-        .def("time", &LiveMany::time_of)
+        .def("reset", reset_at<LiveMany>)
+        .def("time", time_at<LiveMany>)
         .def("save", save_state<LiveMany>)
         .def("restore", restore_state<LiveMany>);
 }

@@ -1,11 +1,12 @@
 // The Python face of the native engine: private to the package, which checks its arguments before they come here.
 #include "bindings/bindings.hpp"
 #include "run/batch.hpp"
+#include "scan/limits.hpp"
 
 namespace {
 
 const double *pointer(const nb::object &array) { return array.is_none() ? nullptr : nb::cast<Const>(array).data(); }
-double *target(const nb::object &array) { return array.is_none() ? nullptr : nb::cast<Doubles>(array).data(); }
+double *target(const nb::object &array) { return array.is_none() ? nullptr : nb::cast<Doubles>(array, false).data(); }
 
 void run(const Engine &engine, nb::ndarray<const double, nb::c_contig> time, nb::ndarray<const double, nb::c_contig> z, int columns,
          nb::ndarray<const std::int64_t, nb::c_contig> offsets, nb::object sensor, nb::object noise, bool full_noise, nb::object input,
@@ -17,7 +18,7 @@ void run(const Engine &engine, nb::ndarray<const double, nb::c_contig> time, nb:
     BatchOutput out;
     double **slots[] = {&out.x, &out.P, &out.mode_probability, &out.log_likelihood, &out.log_likelihood_scan, &out.nis, &out.nis_dof, &out.pit};
     for (int k = 0; k < 8; ++k) *slots[k] = target(nb::object(results[k]));
-    if (!status.is_none()) out.status = nb::cast<nb::ndarray<unsigned char, nb::c_contig>>(status).data();
+    if (!status.is_none()) out.status = nb::cast<nb::ndarray<unsigned char, nb::c_contig>>(status, false).data();
     nb::gil_scoped_release released;
     run_batch(*engine.pack, in, out, smooth, threads);
 }
@@ -35,6 +36,7 @@ NB_MODULE(JINK_MODULE, module) {
     engine
         .def("__init__",
              [](Engine *self, const Declaration &d) {
+                 check_limits(d);
                  new (self) Engine{std::make_shared<Composition<Pack>>(d), std::make_shared<Composition<double>>(d)};
              },
              "declaration"_a)

@@ -35,6 +35,9 @@ template <class T> struct Measurement {
     bool full;
 };
 
+// At the site itself azimuth and range rate are undefined. Their slopes are bounded as if the target were this far, in metres.
+inline constexpr double nearest = 1e-6;
+
 // h(x) for a state whose axes are `block` components apart.
 template <class T> JINK_INLINE void observe(const SensorSpec &s, int block, int n, const T *x, T *h) {
     if (s.linear()) {
@@ -50,6 +53,7 @@ template <class T> JINK_INLINE void observe(const SensorSpec &s, int block, int 
     }
     const T dz = s.axes == 3 && n > 2 * block + 1 ? x[2 * block] - s.site[2] : splat<T>(0.0);
     const T ground = square_root(dx * dx + dy * dy), range = square_root(dx * dx + dy * dy + dz * dz);
+    const T far = larger<T>(range, splat<T>(nearest));
     int r = 2;
     h[0] = range, h[1] = azimuth;
     if (s.vertical == Vertical::elevation) h[r++] = arc_tangent(dz, ground);
@@ -57,7 +61,7 @@ template <class T> JINK_INLINE void observe(const SensorSpec &s, int block, int 
     if (s.range_rate) {
         T closing = dx * x[1] + dy * x[block + 1];
         if (s.axes == 3 && n > 2 * block + 1) closing = closing + dz * x[2 * block + 1];
-        h[r] = closing / range;
+        h[r] = closing / far;
     }
 }
 
@@ -71,7 +75,7 @@ template <class T> JINK_INLINE void observe_jacobian(const SensorSpec &s, int bl
     }
     if (n < 2 * block) return;
     const T dx = x[0] - s.site[0], dy = x[block] - s.site[1];
-    const T tiny = splat<T>(1e-12);  // overhead the azimuth is undefined: its slope is bounded there
+    const T tiny = splat<T>(nearest * nearest);
     const T ground2 = larger<T>(dx * dx + dy * dy, tiny), ground = square_root(ground2);
     const T sign = splat<T>(s.from_north ? 1.0 : -1.0);
     T *azimuth = s.kind == SensorKind::bearing ? H : H + n;

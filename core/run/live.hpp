@@ -3,8 +3,10 @@
 
 #include <deque>
 #include <memory>
+#include <mutex>
 
 #include "run/batch.hpp"
+#include "run/fingerprint.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
@@ -25,6 +27,7 @@ template <class T> class Live {
     Live(const Live &) = delete;  // a track is one
 
     const std::shared_ptr<const Composition<T>> c;
+    mutable std::mutex busy;  // held by whoever reads or changes the tracks
     int targets() const { return n; }
     int packs() const { return int(states.size()); }
 
@@ -109,11 +112,21 @@ template <class T> class Live {
     int numbers() const {
         return c->arena_size + c->count + c->carry_size + 2 * int(c->declared.propose.start.size()) + c->declared.memory_size() + 6 + 3 + 6 + 2;
     }
-    void save(int target, double *to) const { exchange(states[target / width<T>], target % width<T>, to, false); }
-    void restore(int target, double *from) {
-        TrackState<T> &s = states[target / width<T>];
-        exchange(s, target % width<T>, from, true);
-        s.settled = all(s.running);
+    std::string save() const {
+        std::vector<double> all(std::size_t(numbers()) * n);
+        for (int k = 0; k < n; ++k) exchange(states[k / width<T>], k % width<T>, &all[std::size_t(k) * numbers()], false);
+        return saved_state(fingerprint(c->declared), n, numbers(), all);
+    }
+    // Throws std::invalid_argument, and leaves the tracks as they are, where the bytes are not a state of this filter.
+    void restore(const char *from, std::size_t size) {
+        std::vector<double> saved = state_numbers(from, size, fingerprint(c->declared), n, numbers());
+        std::vector<TrackState<T>> taken = states;
+        for (int k = 0; k < n; ++k) exchange(taken[k / width<T>], k % width<T>, &saved[std::size_t(k) * numbers()], true);
+        for (auto &s : taken) {
+            check_places(s);
+            s.settled = all(s.running);
+        }
+        states = std::move(taken);
     }
 
   private:
@@ -124,6 +137,17 @@ template <class T> class Live {
     std::vector<TrackState<T>> states;
     std::vector<std::deque<Record<T>>> history;
     std::vector<std::deque<T>> times;
+
+    // Places of modes are used as indices; those of a grid lie between its points too.
+    void check_places(const TrackState<T> &s) const {
+        const bool grid = c->declared.propose.kind == Propose::grid;
+        for (const auto *places : {&s.alive, &s.next})
+            for (const T &place : *places)
+                for (int l = 0; l < width<T>; ++l) {
+                    const double at = lane(place, l);
+                    if (!(at >= -1.0 && at < c->members() && (grid || at == std::floor(at)))) throw std::invalid_argument("state: names a mode that there is not");
+                }
+    }
 
     void delay(int pack, const Scan<T> &scan, T before, Snapshot<T> &out) {
         const TrackState<T> &s = states[pack];

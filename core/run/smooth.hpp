@@ -155,6 +155,21 @@ template <class T> class Smooth {
         messages[i].keep(linked);
     }
 
+    // Where every number of every mode is. A message beyond the range of numbers is dropped: the filtered estimate stays.
+    Mask<T> finite() const {
+        T sum = splat<T>(0.0);
+        for (const T &value : arena) sum = sum + (value - value);
+        for (const T &value : probability) sum = sum + (value - value);
+        for (int i = 0; i < c.count; ++i) {
+            const int n = c.modes[i].shape.n;
+            const Message &m = messages[i];
+            for (int k = 0; k < n; ++k) sum = sum + (m.h[k] - m.h[k]);
+            for (int k = 0; k < packed_size(n); ++k) sum = sum + (m.J[k] - m.J[k]);
+            sum = sum + (m.s - m.s);
+        }
+        return inverse(is_nan(sum));
+    }
+
     // Q += F V F', V the covariance of what the mode before does not have.
     static void enter(int n, const int *at, const T *P, const T *F, T *Q) {
         T V[packed_size(L)];
@@ -273,6 +288,8 @@ template <class T> void Smooth<T>::step(const Record<T> &now, const Record<T> &a
         collapse(now, i, log_total[i] - most - logarithm<T>(sum));
         end_where_unlinked(now, after.linked, i);
     }
+    const Mask<T> sound = finite();
+    for (int i = 0; !all(sound) && i < c.count; ++i) end_where_unlinked(now, sound, i);
 }
 
 }  // namespace jink::inline JINK_LEVEL

@@ -58,8 +58,12 @@ template <class T> class SmoothOne {
                 reach = reach + magnitude(G[r * n + k]) * square_root(P[packed(k, k)]) + magnitude(C[r * n + k]) * square_root(noise[packed(k, k)]);
             Ps[packed(r, r)] = Ps[packed(r, r)] + rounding_share(n) * reach * reach;
         }
-        for (int k = 0; k < n; ++k) after[k] = select<T>(next.linked, xs[k], x[k]);
-        for (int k = 0; k < packed_size(n); ++k) after[n + k] = select<T>(next.linked, Ps[k], P[k]);
+        T sum = splat<T>(0.0);
+        for (int k = 0; k < n; ++k) sum = sum + (xs[k] - xs[k]);
+        for (int k = 0; k < packed_size(n); ++k) sum = sum + (Ps[k] - Ps[k]);
+        const Mask<T> smoothed = next.linked & inverse(is_nan(sum));  // beyond the range of numbers the filtered estimate stays
+        for (int k = 0; k < n; ++k) after[k] = select<T>(smoothed, xs[k], x[k]);
+        for (int k = 0; k < packed_size(n); ++k) after[n + k] = select<T>(smoothed, Ps[k], P[k]);
     }
 
   private:

@@ -7,6 +7,7 @@
 #include <exception>
 #include <mutex>
 #include <numeric>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -28,9 +29,14 @@ template <class Make> void over_threads(std::int64_t items, int threads, Make ma
             failure = std::current_exception();
         }
     };
-    const int helpers = int(std::min<std::int64_t>(threads, items)) - 1;
+    // More threads than this only wait for one another. The system may refuse to start some: the others do their work.
+    const int most = 4 * std::max(1, int(std::thread::hardware_concurrency()));
+    const int helpers = int(std::min<std::int64_t>({threads, items, most})) - 1;
     std::vector<std::thread> pool;
-    for (int t = 0; t < helpers; ++t) pool.emplace_back(work);
+    try {
+        for (int t = 0; t < helpers; ++t) pool.emplace_back(work);
+    } catch (const std::system_error &) {
+    }
     work();
     for (auto &thread : pool) thread.join();
     if (failure) std::rethrow_exception(failure);

@@ -162,6 +162,8 @@ template <class T> class Step {
         weigh(s, dof, out);
         if (ahead.pairwise()) collapse(s);
         if (scores.active()) scores(s, ahead.prior.data(), innovations.data(), dof);
+        const Mask<T> impossible = out.measured & s.running & inverse(magnitude(out.log_likelihood) <= splat<T>(1e300));
+        if (any(impossible)) disbelieve(s, scan.input, impossible, gating, out);
         if (gating) gate(s, scan.input, sensor, m, log_outlier, out);
         if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
         s.last_accepted = select<T>(out.measured & inverse(out.gated), s.time, s.last_accepted);
@@ -222,27 +224,42 @@ template <class T> class Step {
         const T high = larger<T>(target, outlier), low = smaller<T>(target, outlier);
         const T mixture = high + logarithm<T>(1.0 + exponential<T>(low - high));
         out.log_likelihood = select<T>(out.measured, mixture, out.log_likelihood);
-        out.gated = out.measured & (target < outlier) & s.running;
+        out.gated = (out.gated | (out.measured & (target < outlier))) & s.running;
         const BestFit<T> fit = best;
         if (any(out.gated) && !scores.active()) {
-            const Mask<T> explained = out.gated & Surprise::explains<T>(s, fit, out.dof, c.log_target_share, outlier);
+            const Mask<T> explained = out.gated & (fit.nis <= splat<T>(1e300)) & Surprise::explains<T>(s, fit, out.dof, c.log_target_share, outlier);
             if (any(explained)) believe(s, sensor, m, select<T>(explained, Surprise::scale_with<T>(s, fit, out.dof), splat<T>(1.0)), out);
             out.gated = out.gated & inverse(explained);
         }
         Surprise::add<T>(s, fit, out.dof, out.measured & s.running & inverse(out.gated));
         s.rejections = select<T>(out.measured, select<T>(out.gated, s.rejections + 1.0, splat<T>(0.0)), s.rejections);
         if (!any(out.gated)) return;
+        keep_prediction(s, input, out.gated);
+        if (c.declared.restart_after > 0)
+            out.restarted = out.gated & (s.rejections >= splat<T>(c.declared.restart_after));
+    }
+
+    void keep_prediction(TrackState<T> &s, const T *input, Mask<T> which) {
         if (c.residuals) {
             TrackState<T> same = before;
-            ahead.again_without_fix(same, input, out.gated);
-            for (std::size_t k = 0; k < s.carry.size(); ++k) s.carry[k] = select<T>(out.gated, same.carry[k], s.carry[k]);
+            ahead.again_without_fix(same, input, which);
+            for (std::size_t k = 0; k < s.carry.size(); ++k) s.carry[k] = select<T>(which, same.carry[k], s.carry[k]);
         }
         for (const Mode<T> &mode : c.modes)
             for (int k = mode.place; k < mode.place + mode.size(); ++k)
-                s.arena[k] = select<T>(out.gated, ahead.predicted[k], s.arena[k]);
-        for (int j = 0; j < c.count; ++j) s.probability[j] = select<T>(out.gated, ahead.prior[j], s.probability[j]);
-        if (c.declared.restart_after > 0)
-            out.restarted = out.gated & (s.rejections >= splat<T>(c.declared.restart_after));
+                s.arena[k] = select<T>(which, ahead.predicted[k], s.arena[k]);
+        for (int j = 0; j < c.count; ++j) s.probability[j] = select<T>(which, ahead.prior[j], s.probability[j]);
+    }
+
+    // A measurement so far off that its likelihood is beyond the range of numbers says nothing of the modes: it is gated, with
+    // or without a share of outliers.
+    void disbelieve(TrackState<T> &s, const T *input, Mask<T> which, bool gating, Outcome<T> &out) {
+        out.gated = which;
+        out.log_likelihood = select<T>(which, splat<T>(-1e300), out.log_likelihood);
+        out.nis = select<T>(which & is_nan(out.nis), splat<T>(1e300), out.nis);
+        if (gating) return;
+        ahead.merge_pairs();
+        keep_prediction(s, input, which);
     }
 
     // Updates again, from predictions widened per lane. A lane's result is the same as before where the factor is 1.

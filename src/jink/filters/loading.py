@@ -83,6 +83,8 @@ def read(text: str, path: str) -> Any:
         body = json.loads(text)
     except json.JSONDecodeError as error:
         raise ValueError(f"{path}: is not a jink filter file: it is not valid JSON ({error})") from None
+    except RecursionError:
+        raise ValueError(f"{path}: is not a jink filter file: it nests too deeply") from None
     if not isinstance(body, dict) or body.get("jink") != "filter":
         raise ValueError(f'{path}: is not a jink filter file; expected an object with "jink": "filter"')
     if body.get("version") != VERSION:

@@ -38,7 +38,7 @@ def allocate(
 ) -> Slots:
     """Results by name, the same in the engine's order (None where not wanted), and the status.
 
-    Errors: ValueError for an unknown output, or an ``out`` without an array of the shape that is wanted.
+    Errors: ValueError for an unknown output, or an ``out`` without an array of the shape and type that is wanted.
     """
     wanted = DEFAULT_OUTPUTS if outputs is None else tuple(outputs)
     unknown = [name for name in wanted if name not in OUTPUTS]
@@ -50,8 +50,7 @@ def allocate(
     shapes["log_likelihood"] = (tracks,)
     old = out.results if out is not None else {}
     for name in wanted if out is not None else ():
-        if name not in old or old[name].shape != shapes[name]:
-            raise ValueError(f"out: expected an estimate with {name} of shape {shapes[name]}")
+        _check_old(name, old.get(name), shapes[name])
     results: dict[str, NDArray[Any]] = {
         name: old[name] if name in old else _aligned(shapes[name]) for name in wanted if name != "status"
     }
@@ -60,6 +59,16 @@ def allocate(
     if status is not None:
         results["status"] = status
     return results, slots, status
+
+
+def _check_old(name: str, array: Any, shape: tuple[int, ...]) -> None:
+    """An array that the engine can write into."""
+    kind = np.dtype(np.uint8 if name == "status" else np.float64)
+    if not isinstance(array, np.ndarray) or array.shape != shape:
+        raise ValueError(f"out: expected an estimate with {name} of shape {shape}")
+    if array.dtype != kind or not array.flags.c_contiguous or not array.flags.writeable:
+        how = ("" if array.flags.c_contiguous else ", strided") + ("" if array.flags.writeable else ", read-only")
+        raise ValueError(f"out: expected {name} as a contiguous, writable array of {kind}, got {array.dtype}{how}")
 
 
 def _aligned(shape: tuple[int, ...]) -> Array:

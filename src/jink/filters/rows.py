@@ -119,7 +119,7 @@ def track_offsets(offsets: ArrayLike | None, n: int) -> NDArray[np.int64]:
     bounds = np.asarray(offsets)
     if bounds.ndim != 1 or len(bounds) < 1 or bounds.dtype.kind not in "iu":
         raise ValueError("offsets: expected whole numbers (B + 1,)")
-    bounds = np.ascontiguousarray(bounds, dtype=np.int64)
+    bounds = np.array(bounds, dtype=np.int64)  # a copy, which nobody changes while the engine runs
     if bounds[0] != 0 or bounds[-1] != n or np.any(np.diff(bounds) < 0):
         raise ValueError(f"offsets: expected to rise from 0 to the number of rows {n}, got {bounds[0]} to {bounds[-1]}")
     return bounds
@@ -158,7 +158,7 @@ def sensor_index(sensor: ArrayLike | None, n: int, sensors: int) -> NDArray[np.i
     """Which of so many sensors measured each of n rows."""
     if sensor is None:
         return None
-    index = np.asarray(sensor)
+    index = np.array(sensor)  # a copy, as of offsets
     if index.shape != (n,) or index.dtype.kind not in "iu":
         raise ValueError(f"sensor: expected {n} integers, one per row, got {index.dtype} of shape {index.shape}")
     if n and (index.min() < 0 or index.max() >= sensors):

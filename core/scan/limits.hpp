@@ -1,0 +1,33 @@
+// What the engine has room for. A declaration beyond it is refused before anything is made of it.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include "models/network.hpp"
+#include "scan/composition.hpp"
+
+namespace jink::inline JINK_LEVEL {
+
+inline constexpr int largest_set = 512;  // modes
+
+inline void check_layers(const std::vector<int> &sizes, const char *what) {
+    for (const int size : sizes)
+        if (size < 1 || size > largest_layer)
+            throw std::invalid_argument(std::string(what) + ": expected layers of 1 to " + std::to_string(largest_layer) + ", got one of " + std::to_string(size));
+}
+
+inline void check_limits(const Declaration &d) {
+    if (d.modes.empty()) throw std::invalid_argument("motions: expected at least one");
+    if (int(d.modes.size()) > largest_set)
+        throw std::invalid_argument("motions: expected at most " + std::to_string(largest_set) + ", got " + std::to_string(d.modes.size()));
+    for (const auto *modes : {&d.modes, &d.side})
+        for (const auto &mode : *modes) check_layers(mode.adapt.sizes, "network");
+    check_layers(d.scores.sizes, "network");
+    check_layers(d.aid.sizes, "aid");
+    if (d.aid.inputs > largest_layer || d.aid.outputs > largest_layer) throw std::invalid_argument("aid: has too many inputs or outputs");
+    for (const double mode : d.propose.start)
+        if (!(mode >= -1.0 && mode < double(d.modes.size()))) throw std::invalid_argument("active: names a mode that there is not");
+}
+
+}  // namespace jink::inline JINK_LEVEL
