@@ -186,7 +186,15 @@ def locations() -> str:
     return json.dumps({"locations": rows})
 
 
+def by_columns(listed: bool) -> str:
+    rows = {"timestamp": [int(t.timestamp() * 1000) for t in CAR.times], "latitude": [p[0] for p in CAR.places]}
+    rows["longitude"] = [p[1] for p in CAR.places]
+    return json.dumps(rows if listed else {name: {str(i): v for i, v in enumerate(c)} for name, c in rows.items()})
+
+
 FILES = {
+    "JSON by columns": (lambda: by_columns(False), CAR, None),
+    "JSON of lists": (lambda: by_columns(True), CAR, None),
     "TCX": (tcx, CAR, 100.0),
     "nested JSON": (nested, CAR, None),
     "one list in an object": (locations, CAR, None),
@@ -207,7 +215,7 @@ FILES = {
 }
 
 
-TABLES = ("Flightradar24", "nested JSON", "one list in an object")
+TABLES = ("Flightradar24", "nested JSON", "one list in an object", "JSON by columns", "JSON of lists")
 
 
 @pytest.mark.parametrize(("write", "journey", "height"), FILES.values(), ids=FILES)
@@ -222,7 +230,10 @@ def test_the_same_journey_is_found_in_every_format(tmp_path, write, journey, hei
     else:
         # heights of vehicles on level ground are tracked to rounding
         assert tracks["altitude"].median() == pytest.approx(height, abs=0.1)
-    assert any(note.startswith(("read as", "the columns are those of", "nested JSON")) for note in summary["notes"])
+    assert any(
+        note.startswith(("read as", "the columns are those of", "nested JSON", "JSON by columns"))
+        for note in summary["notes"]
+    )
 
 
 def test_a_format_is_told_by_its_content_alone(tmp_path):
