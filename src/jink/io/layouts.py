@@ -46,8 +46,8 @@ LAYOUTS = (
     Layout(
         "libais JSON",
         frozenset({"mmsi", "x", "y", "repeat_indicator"}),
-        {"target": "mmsi", "longitude_deg": "x", "latitude_deg": "y"},
-        "x and y are longitude and latitude in degrees",
+        {"target": "mmsi", "longitude_deg": "x", "latitude_deg": "y", "time_s": "tagblock_timestamp"},
+        "x and y are longitude and latitude in degrees, timestamp is the second of the minute",
     ),
     Layout(
         "PX4 vehicle_local_position",
