@@ -145,7 +145,9 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
 
 def _nothing_left(loaded: Loaded, rejected: pl.DataFrame) -> str:
     lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in reasons(rejected))
-    return f"no track is left: all {loaded.count:,} rows were rejected, because:\n{lines}"
+    short = any(reason.startswith("fewer than") for reason, _ in reasons(rejected))
+    hint = "\n  --min-points 1 keeps single positions, such as those of one snapshot" if short else ""
+    return f"no track is left: all {loaded.count:,} rows were rejected, because:\n{lines}{hint}"
 
 
 def _chunks(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.DataFrame]:
