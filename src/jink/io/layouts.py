@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from .clocks import Conventions
 from .columns import normal
+from .conventions import Conventions
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ import numpy as np
 import polars as pl
 
 from .clock_faults import mend
-from .clocks import NONE, Conventions
 from .columns import Columns, normal
+from .conventions import NONE, Conventions
 from .errors import InputError
 from .meaning import understand
 from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
