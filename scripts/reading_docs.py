@@ -7,9 +7,9 @@ import re
 import sys
 from pathlib import Path
 
-from jink.io.clocks import DAYS
 from jink.io.formats.registry import FORMATS
 from jink.io.layouts import LAYOUTS
+from jink.io.numeric_times import DAYS
 from jink.io.roles import CUSTOMARY_UNIT, ROLES
 from jink.io.units import ANGLE, LENGTH, SPEED, TIME
 

@@ -115,6 +115,12 @@ def test_nested_objects_and_braces_in_text_do_not_confuse_the_array_rewriting(tm
     assert _read(_write(tmp_path / "y.json", compact))[0].height == 3
 
 
+def test_halves_of_characters_in_json_are_replaced(tmp_path):
+    content = b'[{"id": "\\ud83d", "t": 1, "x": 2}, {"id": "a", "t": {"\\ud83d": 2}, "\\udc00": 3}]'
+    rows, unreadable = _read(_write(tmp_path / "x.json", content))
+    assert rows["id"].to_list() == ["?", "a"] and unreadable.height == 0
+
+
 def test_json_keys_and_types_that_appear_late_are_found(tmp_path):
     values = [{"t": i, "x": 1} for i in range(5000)]
     values[4990]["x"] = 1.5

@@ -336,7 +336,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
 
 def conventions_of(request: TrackRequest) -> Any:
     """How dates and axes are to be read. Errors: InputError."""
-    from ..io.clocks import Conventions
+    from ..io.conventions import Conventions
 
     if request.day_first and request.month_first:
         raise InputError("--day-first and --month-first exclude each other")

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from .clocks import Conventions
 from .columns import normal
+from .conventions import Conventions
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ LAYOUTS = (
     Layout(
         "libais JSON",
         frozenset({"mmsi", "x", "y", "repeat_indicator"}),
-        {"target": "mmsi", "longitude_deg": "x", "latitude_deg": "y"},
-        "x and y are longitude and latitude in degrees",
+        {"target": "mmsi", "longitude_deg": "x", "latitude_deg": "y", "time_s": "tagblock_timestamp"},
+        "x and y are longitude and latitude in degrees, timestamp is the second of the minute",
     ),
     Layout(
         "PX4 vehicle_local_position",

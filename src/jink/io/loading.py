@@ -8,8 +8,8 @@ from pathlib import Path
 
 import polars as pl
 
-from .clocks import Conventions
 from .columns import Columns, recognise
+from .conventions import Conventions
 from .errors import InputError
 from .files import Rows, Table, expand, open_table
 from .layouts import Layout, layout_of

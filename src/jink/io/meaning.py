@@ -12,8 +12,9 @@ import numpy as np
 import polars as pl
 
 from .axes import angle_units, maybe_degrees, turn_axes
-from .clocks import Conventions, Times, read_times
+from .clocks import read_times
 from .columns import Column, Columns, normal
+from .conventions import Conventions, Times
 from .coordinates import angles, from_minutes, pair, scale, signs
 from .errors import InputError
 from .identity import choose_target, unique_per_row

@@ -18,8 +18,8 @@ import numpy as np
 import polars as pl
 
 from .clock_faults import mend
-from .clocks import NONE, Conventions
 from .columns import Columns, normal
+from .conventions import NONE, Conventions
 from .errors import InputError
 from .meaning import understand
 from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
@@ -41,8 +41,8 @@ class Measurements:
     """Measurements in SI units, one row per readable input row, and what was noticed on the way.
 
     `rows` has file, row, target, source, time (seconds, since 1970 when `absolute`), the position's
-    components (NaN: missing), speed, position_sd and altitude_sd (as each row states; NaN: not stated), and dilution
-    (how much rougher a row is than the middle one).
+    components (NaN: missing), speed, position_sd and altitude_sd (as each row states; NaN: not stated), dilution
+    (how much rougher a row is than the middle one) and grounded (the altitude was filled in on the ground).
     """
 
     rows: pl.DataFrame
@@ -88,7 +88,7 @@ def measure(
     if times.absolute and not stream:
         seconds, notes = mend(seconds, sheet.codes(), first, second, sheet.position)
         noticed += notes
-    ground = np.zeros(frame.height, bool) if stream else _on_the_ground(sheet, values, seconds)
+    ground_sd = np.full(frame.height, np.nan) if stream else _on_the_ground(sheet, values, seconds)
     if check_coordinates:
         problems += refused(sheet)
     problems += unreadable
@@ -104,7 +104,8 @@ def measure(
         pl.Series("speed", speeds(sheet)),
         position_sd,
         pl.Series("dilution", dilution(sheet)),
-        pl.Series("altitude_sd", np.where(ground, GROUND_SD, altitude_sd.to_numpy())),
+        pl.Series("grounded", np.isfinite(ground_sd)),
+        pl.Series("altitude_sd", np.where(np.isnan(ground_sd), altitude_sd.to_numpy(), ground_sd)),
     )
     rejected, good = _reject(rows, problems)
     kept = rows.filter(pl.Series(good))
@@ -133,20 +134,21 @@ def _positions(sheet: Sheet, altitude_unit: str | None) -> tuple[dict[str, np.nd
 
 
 def _on_the_ground(sheet: Sheet, values: dict[str, np.ndarray], seconds: np.ndarray) -> np.ndarray:
-    """Fill in the heights of targets on the ground; which rows they are, (N,)."""
+    """Fill in the heights of targets on the ground; their sds, (N,), NaN for all other rows."""
     ground = grounded(sheet)
     if "altitude" not in values or not ground.any():
         sheet.drop("on_ground")
-        return np.zeros(ground.size, bool)
-    values["altitude"], filled = on_the_ground(values["altitude"], ground, sheet.codes(), seconds)
+        return np.full(ground.size, np.nan)
+    values["altitude"], sd = on_the_ground(values["altitude"], ground, sheet.codes(), seconds)
+    filled = np.isfinite(sd)
     if filled.any():
         sheet.notes.append(
-            f"{int(filled.sum())} rows on the ground have the height that was reported last in the air "
-            f"(or next), with an sd of {GROUND_SD:g} m"
+            f"{int(filled.sum())} rows on the ground have the heights that were reported last and next in the air, "
+            f"with an sd of {GROUND_SD:g} m, or more where nothing was reported near the ground"
         )
     else:
         sheet.drop("on_ground")
-    return filled
+    return sd
 
 
 def _targets(sheet: Sheet, default: str) -> tuple[pl.Series, list[str]]:

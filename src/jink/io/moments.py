@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from .clocks import EARLY, Times, read_times
+from .clocks import read_times
 from .columns import listed, normal
+from .conventions import Times
 from .dates import OF_DAY, readings
 from .errors import InputError
 from .evidence import Motion
+from .numeric_times import EARLY
 from .sheet import WILD, Sheet
 from .values import numbers, texts
 

@@ -47,6 +47,8 @@ RAYLEIGH_NIC = math.sqrt(-2.0 * math.log(1e-5))  # NIC's radius is left once in 
 RAYLEIGH_68 = math.sqrt(-2.0 * math.log(1.0 - 0.68))  # phones and receivers state the radius of the 68 % circle
 GROUND = r"(?i)^\s*(ground|gnd|on ground)\s*$"
 GROUND_SD = 5.0  # m: heights come in steps of 25 feet, and the last in the air is from seconds before the ground
+SINK = 4.0  # m/s: of an airliner on its approach
+FAR_FROM_GROUND = 300.0  # m: heights beside one stay on the ground do not differ by more
 NO = ["false", "0", "0.0", "f", "no", "n", "v", "invalid", "no fix", "nofix", "void"]
 YES = ["true", "1", "1.0", "t", "yes", "y"]
 
@@ -153,20 +155,47 @@ def grounded(sheet: Sheet) -> np.ndarray:
 def on_the_ground(
     altitude: np.ndarray, ground: np.ndarray, codes: np.ndarray, seconds: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Heights with those on the ground filled in, and which were: the last one in the air, or else the next one.
+    """Heights with those on the ground filled in, and the sd of these (NaN elsewhere).
 
-    The height of the ground is not reported, but it is near to where the target touched it.
+    The height of the ground is not reported, but it is near to where the target touched it: it leads evenly from the
+    last height in the air to the next one, or stays at the only one. It is the less certain, the longer nothing was
+    reported in between.
     """
-    missing = ground & np.isnan(altitude)
+    missing = ground & np.isnan(altitude) & np.isfinite(seconds)
     if not missing.any():
-        return altitude, missing
-    table = pl.DataFrame({"code": codes, "time": seconds, "height": altitude}).with_row_index("place")
+        return altitude, np.full(altitude.size, np.nan)
+    known = pl.col("height").is_not_null()
+    table = pl.DataFrame({"code": codes, "time": seconds, "height": altitude, "ground": missing}).with_row_index(
+        "place"
+    )
     table = table.with_columns(pl.col("height").fill_nan(None)).sort("code", "time", maintain_order=True)
-    table = table.with_columns(pl.col("height").forward_fill().over("code"))
-    table = table.with_columns(pl.col("height").backward_fill().over("code")).sort("place")
-    filled = table["height"].fill_null(float("nan")).to_numpy()
-    known = missing & np.isfinite(filled)
-    return np.where(known, filled, altitude), known
+    table = table.with_columns(
+        air=pl.when(known).then("time"), land=pl.when("ground").then("time"), run=known.cum_sum()
+    )
+    table = table.with_columns(
+        before=pl.col("height").forward_fill().over("code"),
+        after=pl.col("height").backward_fill().over("code"),
+        left=pl.col("air").forward_fill().over("code"),
+        back=pl.col("air").backward_fill().over("code"),
+        landed=pl.col("land").min().over("code", "run"),
+        rolled=pl.col("land").max().over("code", "run"),
+    ).sort("place")
+    before, after, left, back, landed, rolled = (
+        table[name].fill_null(float("nan")).to_numpy()
+        for name in ("before", "after", "left", "back", "landed", "rolled")
+    )
+    # one of two heights that lie so far apart is wrong, and the ground is not above an aircraft: the lower one serves
+    apart = np.abs(after - before) > FAR_FROM_GROUND
+    lower = np.fmin(before, after)
+    before, after = np.where(apart, lower, before), np.where(apart, lower, after)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.clip((seconds - left) / (back - left), 0.0, 1.0)
+    share = np.where(np.isnan(left), 1.0, np.where(np.isnan(back), 0.0, np.nan_to_num(share)))
+    height = np.where(share < 1.0, (1.0 - share) * np.nan_to_num(before), 0.0) + share * np.nan_to_num(after)
+    silent = (1.0 - share) * np.nan_to_num(landed - left) + share * np.nan_to_num(back - rolled)
+    filled = missing & ~(np.isnan(left) & np.isnan(back))
+    sd = np.minimum(GROUND_SD + SINK * silent, FAR_FROM_GROUND)
+    return np.where(filled, height, altitude), np.where(filled, sd, np.nan)
 
 
 def placeholders(latitude: np.ndarray, longitude: np.ndarray) -> np.ndarray:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import polars as pl
 
-from .clocks import Conventions
 from .columns import Column, Columns
+from .conventions import Conventions
 from .evidence import Motion
 from .values import numbers, texts
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from ..io.clocks import Conventions
+from ..io.conventions import Conventions
 from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.loading import Loaded, Reading, load_files, load_frame
@@ -156,7 +156,9 @@ def run(
 
 def _nothing_left(loaded: Loaded, rejected: pl.DataFrame) -> str:
     lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in reasons(rejected))
-    return f"no track is left: all {loaded.count:,} rows were rejected, because:\n{lines}"
+    short = any(reason.startswith("fewer than") for reason, _ in reasons(rejected))
+    hint = "\n  --min-points 1 keeps single positions, such as those of one snapshot" if short else ""
+    return f"no track is left: all {loaded.count:,} rows were rejected, because:\n{lines}{hint}"
 
 
 def _implausible(found: Sequence[Finding], targets: int) -> str:

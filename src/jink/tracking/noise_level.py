@@ -95,6 +95,9 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
     origins = {"position_sd": origin}
     if vertical:
         known = np.isfinite(placed.height)
+        if "grounded" in placed.rows.columns:
+            # heights that were filled in say nothing of the noise of those that were measured
+            known &= ~placed.rows["grounded"].to_numpy()
         some = placed.time[known], placed.height[known], _starts(placed, known), group[known]
         found = component_sd(*some, of_source.size)
         asked = given.get("altitude", given.get("z"))

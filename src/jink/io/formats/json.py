@@ -16,6 +16,7 @@ import polars as pl
 
 from ..errors import InputError
 from ..rejected import unreadable
+from .records import whole_text
 
 SAMPLE = 1000
 
@@ -120,7 +121,7 @@ def _sample_types(lines: bytes) -> tuple[dict[str, str], bool]:
         sound = sound and isinstance(value, dict)
         if isinstance(value, dict):
             for name, item in value.items():
-                kinds[name] = _wider(kinds.get(name, "none"), _kind(item))
+                kinds[whole_text(name)] = _wider(kinds.get(whole_text(name), "none"), _kind(item))
     return kinds, sound
 
 
@@ -167,5 +168,5 @@ def _polars_type(kind: str) -> Any:
 
 def _text(value: Any) -> str | None:
     if value is None or isinstance(value, str):
-        return value
+        return value and whole_text(value)
     return json.dumps(value)

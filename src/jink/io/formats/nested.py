@@ -6,6 +6,7 @@ another object, such as Google's `{"locations": [...]}`.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -15,6 +16,7 @@ from .documents import documents
 from .records import Records, Refused
 
 DEEPEST = 6
+MOST = 1000  # columns: more are rows that are named by their numbers
 
 
 def has_position(names: list[str]) -> bool:
@@ -26,6 +28,9 @@ def has_position(names: list[str]) -> bool:
 
 def read(file: str, content: bytes) -> Records | None:
     """One row per object; None if nothing in it is nested or names a position. Errors: InputError for broken JSON."""
+    by_columns = _columns(file, content)
+    if by_columns is not None:
+        return by_columns
     flat: list[dict[tuple[str, ...], Any]] = []
     rows: list[int] = []
     refused = Refused()
@@ -36,14 +41,30 @@ def read(file: str, content: bytes) -> Records | None:
         else:
             refused.add(number, "not a JSON object", value)
     paths = dict.fromkeys(path for row in flat for path in row)
-    last = [path[-1] for path in paths]
-    names = {path: path[-1] if last.count(path[-1]) == 1 else ".".join(path) for path in paths}
+    if len(paths) > MOST:
+        return None
+    last = Counter(path[-1] for path in paths)
+    names = {path: path[-1] if last[path[-1]] == 1 else ".".join(path) for path in paths}
     if not has_position(list(names.values())):
         return None
     table = [
         {"row": n} | {names[path]: value for path, value in row.items()} for n, row in zip(rows, flat, strict=True)
     ]
     return Records.of(table, refused, ["nested JSON is read by the names of its innermost fields"])
+
+
+def _columns(file: str, content: bytes) -> Records | None:
+    """One object of columns, each a list or an object of rows, as pandas writes (`orient="columns"` or `"list"`)."""
+    values = [value for _, value, _ in documents(file, content)]
+    table = values[0] if len(values) == 1 else None
+    if not isinstance(table, dict) or not all(isinstance(column, dict | list) for column in table.values()):
+        return None
+    columns = {name: dict(enumerate(c)) if isinstance(c, list) else c for name, c in table.items()}
+    if not has_position(list(columns)):
+        return None
+    keys = list(dict.fromkeys(key for column in columns.values() for key in column))
+    rows = [{"row": row} | {name: column.get(key) for name, column in columns.items()} for row, key in enumerate(keys)]
+    return Records.of(rows, notes=["JSON by columns is read (as pandas writes it)"])
 
 
 def _objects(file: str, content: bytes) -> Iterator[Any]:

@@ -23,7 +23,7 @@ class Refused:
         """One row more."""
         self.rows.append(row)
         self.reasons.append(reason)
-        self.values.append(str(value)[:80])
+        self.values.append(whole_text(str(value)[:80]))
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Records:
     ) -> Records:
         """From one dictionary per row, `row` among its entries; a column of mixed types becomes text."""
         names = dict.fromkeys(name for row in rows for name in row if name != "row")
-        columns = {name: _series(name, [row.get(name) for row in rows]) for name in names}
+        columns = {name: _series(whole_text(name), [row.get(name) for row in rows]) for name in names}
         numbers = pl.Series("row", [row["row"] for row in rows], dtype=pl.UInt32)
         bad = refused or Refused()
         return cls(
@@ -75,7 +75,12 @@ def _series(name: str, values: list[Any]) -> pl.Series:
             pass
     if kinds == {bool}:
         return pl.Series(name, values, dtype=pl.Boolean)
-    return pl.Series(name, [None if value is None else str(value) for value in values], dtype=pl.String)
+    return pl.Series(name, [None if value is None else whole_text(str(value)) for value in values], dtype=pl.String)
+
+
+def whole_text(text: str) -> str:
+    """Text without halves of characters, which damaged JSON can hold and no file can."""
+    return text.encode("utf-8", errors="replace").decode("utf-8")
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,68 @@
+"""What the user says of times and axes, and what reading a column of times gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import polars as pl
+
+from .errors import InputError
+
+
+@dataclass(frozen=True)
+class Conventions:
+    """What the user says of times and axes: day_first, time_format (strftime), time_zone of times without one; axes
+    `enu` or `ned`; azimuth clockwise from `north` or counter-clockwise from `east` (the x axis).
+    """
+
+    day_first: bool | None = None
+    time_format: str | None = None
+    time_zone: str | None = None
+    axes: str | None = None
+    azimuth: str | None = None
+
+    def __post_init__(self) -> None:
+        for name, value, known in (
+            ("axes", self.axes, ("enu", "ned")),
+            ("azimuth_from", self.azimuth, ("north", "east")),
+        ):
+            if value is not None and value not in known:
+                raise InputError(f"{name} is {value!r}; expected {known[0]!r} or {known[1]!r}")
+
+
+NONE = Conventions()
+
+
+@dataclass(frozen=True)
+class Times:
+    """Seconds (since 1970 when `absolute`), NaN where unreadable, and what had to be assumed.
+
+    `of_day`: seconds since midnight of days that are not known.
+    """
+
+    seconds: np.ndarray
+    absolute: bool
+    notes: list[str] = field(default_factory=list)
+    of_day: bool = False
+
+
+def in_zone(seconds: np.ndarray, naive: np.ndarray | None, how: Conventions) -> np.ndarray:
+    """Wall-clock times without a zone (all, or those marked) in the user's zone to UTC; of an hour that comes twice
+    the first.
+    """
+    if how.time_zone is None:
+        return seconds
+    wall = pl.Series(np.round(np.nan_to_num(seconds) * 1e6).astype("int64")).cast(pl.Datetime("us"))
+    try:
+        local = wall.dt.replace_time_zone(how.time_zone, ambiguous="earliest", non_existent="null")
+    except pl.exceptions.PolarsError:
+        raise InputError(f"--time-zone is {how.time_zone!r}; expected a name such as Europe/Berlin or UTC") from None
+    there = np.where(np.isfinite(seconds), epoch_seconds(local.dt.convert_time_zone("UTC")), np.nan)
+    return there if naive is None else np.where(naive, there, seconds)
+
+
+def epoch_seconds(series: pl.Series) -> np.ndarray:
+    """A column of date-times as seconds since 1970."""
+    micros = series.dt.timestamp("us")
+    return micros.cast(pl.Float64).fill_null(float("nan")).to_numpy() * 1e-6
