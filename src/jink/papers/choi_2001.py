@@ -138,7 +138,7 @@ def draw(races: Mapping[str, Race]) -> list[Drawing]:
             shown = ("dsvsmm-1", "dsvsmm-2", f"nnvsmm, training {training}", "raw")
             title = f"Figure {number}: RMS position error, trained on {words}, tested on a circle (Sc 2)"
             out.append(_errors(title, races["Sc 2"], shown))
-    networks = ("nnvsmm, training 2", "nnvsmm, training 3", "nnvsmm, wide", "modes, wide")
+    networks = ("nnvsmm, training 3", "nnvsmm, wide", "modes, wide")
     beside = ("kalman-cv", "raw")
     for name, race in races.items():
         shown = ("dsvsmm-1", "dsvsmm-2", "imm3", *networks, *beside)
