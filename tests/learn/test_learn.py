@@ -278,6 +278,7 @@ BAD = {
     "too many rules": (["anfis-kf", "lee-2003", "--functions", "4"], "at most 256 rules"),
     "no function": (["anfis-kf", "lee-2003", "--functions", "0"], "functions is 0"),
     "functions of a network": (["nn-kf", "lee-2003", "--functions", "3"], "--functions"),
+    "both labels": (["nnvsmm", "random-turns", "--labels", "--argmin-labels"], "give one"),
     "labels of modes": (["nnvsmm-modes", "random-turns", "--argmin-labels"], "--argmin-labels"),
     "no runs": (["fuzzy-imm", "lee-2003", "--runs", "0"], "--runs"),
 }

@@ -84,6 +84,27 @@ def test_wang_ratios_over_what_the_paper_does_not_state(outcomes):
             assert figure(outcome, experiment, "facs", f"{metric}_over_csaf").measured <= limit
 
 
+def test_wang_the_gain_shrinks_with_the_acceleration(outcomes):
+    """Another implementation: .592, .616, .639, .657 in velocity at 30 to 5 m/s²; the paper claims the reverse."""
+    rows = [
+        figure(
+            outcomes["wang-2010"], "exp 1 by acceleration, settled", "facs", f"velocity_rmse_over_csaf_{begin}_{end}"
+        )
+        for begin, end in ((21, 50), (71, 100), (121, 150), (171, 200))
+    ]
+    assert [row.measured for row in rows] == sorted(row.measured for row in rows)
+    for row, value in zip(rows, (0.592, 0.616, 0.639, 0.657), strict=True):
+        within(row, value)
+
+
+def test_wang_scans_of_a_ratio_are_those_that_it_names(outcomes):
+    """Recomputed from the curves of errors: velocity over scans 21 to 50, of which the race skips three."""
+    race = outcomes["wang-2010"].races["exp 1 by acceleration, settled"]
+    mine, other = (race.tallies[name].over_time("velocity")[0][17:47] for name in ("facs", "csaf"))
+    row = figure(outcomes["wang-2010"], "exp 1 by acceleration, settled", "facs", "velocity_rmse_over_csaf_21_50")
+    assert_allclose(row.measured, math.sqrt((mine**2).mean() / (other**2).mean()), rtol=1e-9)
+
+
 def test_wang_the_price_at_a_step_and_who_is_better(outcomes):
     outcome = outcomes["wang-2010"]
     for metric, factor in (("peak_after_onset", 1.2), ("peak_after_end", 2.0)):

@@ -359,6 +359,8 @@ def _check_options_go_with_the_name(request: LearnRequest) -> None:
     ):
         if value is not None and request.name not in names:
             raise InputError(f"{option} is an option for {', '.join(names)}; {request.name} does not have it")
+    if request.labels and request.argmin_labels:
+        raise InputError("--labels and --argmin-labels are two kinds of labels; give one")
     if request.resume and not (request.checkpoint or request.output):
         raise InputError("--resume needs a checkpoint: give --checkpoint, or the -o that the search was started with")
 

@@ -16,7 +16,7 @@ from ..checks import Array
 from ..io.errors import InputError
 from ..models.outliers import Outliers
 from ..scenarios import SCENARIOS, Scenario, Simulation
-from . import bounds, manoeuvring, near_optimal
+from . import bounds, manoeuvring, mode_jumps, near_optimal
 from .entrants import SUFFIX, Entrant, enter
 from .estimates import Answer, Block, filtered, jointly, per_axis, raw
 from .example import Example, example
@@ -191,7 +191,7 @@ def _one_chunk(
 ) -> Example:
     """Count all filters' answers; what is shown of the first run."""
     measured, answers = raw(simulation), {}
-    busy = manoeuvring.busy(simulation)
+    busy, jumps = manoeuvring.busy(simulation), mode_jumps.phases(simulation, field.first)
     for name, entrant in entrants.items():
         began = clock.perf_counter()
         answer = _answer(entrant, simulation, field, measured)
@@ -203,6 +203,8 @@ def _one_chunk(
         error = answer.position - simulation.truth.position[..., : answer.position.shape[2]]
         error[:, : field.first] = np.nan
         manoeuvring.count(tally, simulation.runs, error, answer.manoeuvring, busy)
+        if jumps:
+            mode_jumps.count(tally, simulation.runs, answer.probability)
         answers[name] = answer
     return example(simulation, answers, busy)
 

@@ -235,7 +235,7 @@ def _summed(value: Array) -> Array:
     return np.where(np.isnan(value).all(axis=1), np.nan, np.nansum(value, axis=1))
 
 
-def _status(value: Array) -> Array:
+def _status(value: np.ndarray) -> np.ndarray:
     out = np.zeros(len(value), dtype=np.uint8)
     for status in reversed(ORDER):
         out[(value == status).any(axis=1)] = status

@@ -81,8 +81,7 @@ def _on_input(acceleration: float, training: Runs, how: How) -> Runs:
     if not how.own_inputs:
         return training
     interval = float(np.nanmedian(np.diff(training.time, axis=1)))
-    noise = {"sd": training.sd, "process_sd": how.quiet_sd}
-    return training_runs(acceleration, interval=interval, seed=how.seed, **noise)
+    return training_runs(acceleration, sd=training.sd, process_sd=how.quiet_sd, interval=interval, seed=how.seed)
 
 
 def fuzzy_mode(training: Runs, validation: Runs, how: How) -> Kalman:

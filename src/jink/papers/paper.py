@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 
 from ..catalogue.purpose import Named, Purpose
+from ..checks import Array
+from ..compare.mode_jumps import mode_jump_delay, phases
 from ..compare.result import Race
-from ..compare.scores import NAN, efficiency
+from ..compare.scores import NAN, Tally, efficiency
 from ..metrics import Figure
+from ..metrics.figure import ratio_influence, spread
 from ..scenarios import Scenario, Simulation
 from .drawing import Drawing
 from .learned import Models
@@ -55,6 +58,30 @@ def peak(name: str, words: str, begin: int, end: int) -> Metric:
     return Metric(name, words, measure)
 
 
+def over_within(reference: str, quantity: str, words: str, begin: int, end: int) -> Metric:
+    """The RMSE of position, velocity or acceleration over another filter's, both over the scans begin … end − 1
+    alone, counted from 1; paired run by run.
+    """
+
+    def measure(race: Race, filter: str) -> Figure:
+        if filter == reference or reference not in race.tallies or filter in BASELINES:
+            return NAN
+        scans = slice(max(begin - 1 - race.skipped_scans, 0), end - 1 - race.skipped_scans)
+        (mine, a), (theirs, b) = (_within(race.tallies[name], quantity, scans) for name in (filter, reference))
+        return Figure(mine / theirs, spread((a - mine / theirs * b) / theirs))
+
+    return Metric(f"{quantity}_rmse_over_{reference}_{begin}_{end - 1}", words, measure)
+
+
+def _within(tally: Tally, quantity: str, scans: slice) -> tuple[float, Array]:
+    """RMSE over some scans, and the influence of each group of runs on it."""
+    kept = tally.curves["runs"][:, 0] > 0
+    square, count = (tally.curves[f"{quantity}_{each}"][kept, scans].sum(axis=1) for each in ("square", "there"))
+    value, influence = ratio_influence(square, count)
+    root = math.sqrt(value)
+    return root, influence / (2 * root)
+
+
 def over(reference: str, metric: Metric, words: str) -> Metric:
     """The filter's figure over that of another filter of the race, paired run by run."""
 
@@ -87,6 +114,16 @@ def _seconds(filter: Any, simulation: Simulation) -> float:
     began = clock.process_time()
     filter.filter(**simulation.batch(), threads=1, outputs=("x",))
     return clock.process_time() - began
+
+
+def jump_delay(scenario: Scenario) -> Metric:
+    """Scans until the right mode leads after the target changes; see :mod:`jink.compare.mode_jumps`."""
+
+    def measure(race: Race, filter: str) -> Figure:
+        of = phases(scenario.simulate(1), race.skipped_scans)
+        return mode_jump_delay(race.tallies[filter], of) if filter in race.tallies else NAN
+
+    return Metric("mode_jump_delay", "mode delay scans", measure)
 
 
 @dataclass(frozen=True, kw_only=True)
