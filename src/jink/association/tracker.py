@@ -206,7 +206,7 @@ class Tracker:
             age=found["age"],
             plot=found["plot"],
             estimate=Estimate(f.components, f.modes, results, f.non_manoeuvring),
-            lone=self._many.lone(),
+            lone=np.asarray(self._many.lone()),
             report=report,
         )
 

@@ -69,8 +69,8 @@ def is_anonymous(measurements: Measurements) -> bool:
     """Has the table no identity, and several rows of one time, which one target cannot have?"""
     if "target" in measurements.named or measurements.rows.height < 2:
         return False
-    each = measurements.rows.group_by("time").agg(pl.len().alias("n"))
-    return bool((each["n"] > 1).mean() > SHARED)
+    each = measurements.rows.group_by("time").agg(pl.len().alias("n"))["n"].to_numpy()
+    return bool((each > 1).mean() > SHARED)
 
 
 def run_anonymous(
