@@ -20,7 +20,7 @@ from ..catalogue.targets import kind_of
 from ..estimate import Status
 from ..io.errors import InputError
 from ..io.loading import Loaded
-from ..io.measurements import Measurements
+from ..io.measurements import DIMENSIONS, Measurements
 from ..io.rejected import together
 from ..models.radar import Radar
 from .anonymous_rows import placed_plots, placed_tracks
@@ -31,6 +31,7 @@ from .prepare import Pace, Settings, choose
 from .summary import plain, reasons, words_for
 
 SHARED = 0.3  # of the times: if so many are shared by several rows, a table without identity holds several targets
+APART = 0.05  # of what the table spans: rows of one time nearer to each other may be one target and a coarse clock
 FIRST_DETECTION = 0.9
 PASSES = 4  # at most, until noise and detection probability change by less than 5 %
 
@@ -66,11 +67,19 @@ class Anonymous:
 
 
 def is_anonymous(measurements: Measurements) -> bool:
-    """Has the table no identity, and several rows of one time, which one target cannot have?"""
-    if "target" in measurements.named or measurements.rows.height < 2:
+    """Has the table no identity, and several rows of one time far apart, which one target cannot have?"""
+    rows = measurements.rows
+    if "target" in measurements.named or rows.height < 2:
         return False
-    each = measurements.rows.group_by("time").agg(pl.len().alias("n"))["n"].to_numpy()
-    return bool((each > 1).mean() > SHARED)
+    places = [pl.col(name).fill_nan(None) for name in DIMENSIONS[measurements.position][:2] if name in rows.columns]
+    spans = [(place.max() - place.min()).alias(f"span {k}") for k, place in enumerate(places)]
+    each = rows.group_by("time").agg(pl.len().alias("n"), *spans)
+    if not (each["n"].to_numpy() > 1).mean() > SHARED:
+        return False
+    whole = rows.select(*spans)
+    apart = each.filter(pl.col("n") > 1)
+    shares = [apart[s.name].median() / s[0] for s in whole if s[0]]  # pyright: ignore[reportOperatorIssue]
+    return any(share is not None and share > APART for share in shares)
 
 
 def run_anonymous(
