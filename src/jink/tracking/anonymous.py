@@ -79,7 +79,7 @@ def is_anonymous(measurements: Measurements) -> bool:
     whole = rows.select(*spans)
     apart = each.filter(pl.col("n") > 1)
     shares = [apart[s.name].median() / s[0] for s in whole if s[0]]  # pyright: ignore[reportOperatorIssue]
-    return any(share is not None and share > APART for share in shares)
+    return bool(shares) and all(share is not None and share > APART for share in shares)
 
 
 def run_anonymous(
