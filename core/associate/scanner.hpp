@@ -27,10 +27,38 @@ class Scanner {
         scratch.resize(c.arena_size);
     }
 
-    // The pack at the scan's time, its modes mixed and predicted.
-    void predict(TrackPack &pack, double time) {
+    // When each lane's track is seen in a scan that takes time: with the nearest plot near where it will be, else in the middle.
+    Pack expected(const TrackPack &pack, const Plots &plots, double middle, double gate2, const bool *live) {
+        const TrackState<Pack> &s = pack.state;
+        Pack x[largest_state], P[packed_size(largest_state)], when = splat<Pack>(middle);
+        combine(s.arena.data(), s.probability.data(), x, P);
+        const int block = c.reported.block, axes = std::min(c.reported.axes, 2);
+        for (int l = 0; l < lanes; ++l) {
+            if (!live[l]) continue;
+            const double dt = middle - s.time[l];
+            double low[2] = {-INFINITY, -INFINITY}, high[2] = {INFINITY, INFINITY}, least = INFINITY;
+            for (int a = 0; a < axes; ++a) {
+                const int p = a * block, v = p + 1;
+                const double variance = P[packed(p, p)][l] + dt * (2.0 * P[packed(v, p)][l] + dt * P[packed(v, v)][l]);
+                const double reach = std::sqrt(gate2 * (variance + plots.largest[a]));
+                low[a] = x[p][l] + dt * x[v][l] - reach, high[a] = x[p][l] + dt * x[v][l] + reach;
+            }
+            plots.within(low, high, [&](int j) {
+                double far = 0.0;
+                for (int a = 0; a < axes; ++a) {
+                    // at the plot's own time
+                    const double e = plots.fix[j].p[a] - x[a * block][l] - (plots.time[j] - s.time[l]) * x[a * block + 1][l];
+                    far += e * e;
+                }
+                if (far < least) least = far, when[l] = plots.time[j];
+            });
+        }
+        return larger<Pack>(when, s.time);
+    }
+
+    // The pack at these times, its modes mixed and predicted.
+    void predict(TrackPack &pack, Pack now) {
         TrackState<Pack> &s = pack.state;
-        const Pack now = splat<Pack>(time);
         step.ahead(s, now - s.time, nullptr, nullptr);
         s.time = now;
         pack.predicted.swap(step.ahead.predicted), pack.prior = step.ahead.prior;

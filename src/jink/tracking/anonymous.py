@@ -102,7 +102,7 @@ def run_anonymous(
         if how.detection is None:
             detection = _detection(found)
         if not settings.sensor_sd:
-            sd = _noise(placed_tracks(plots, found, scan_time), sd, settings)
+            sd = _noise(placed_tracks(plots, found), sd, settings)
         if all(abs(value / before[name] - 1) < 0.05 for name, value in {**sd, "detection": detection}.items()):
             break
     found, filter, tracker = _pass(plots, begin, scan_time, sd, settings, how, detection, interval, progress)
@@ -111,7 +111,7 @@ def run_anonymous(
             f"no track was confirmed in {len(scan_time):,} scans of {plots.rows.height:,} plots; "
             "check --sensor-sd, --detection, --kind and the unit of the columns"
         )
-    rows = placed_tracks(plots, found, scan_time)
+    rows = placed_tracks(plots, found)
     if settings.smooth:
         found = _smoothed(found, filter, rows)
     table = _table(rows, found, measurements)
@@ -160,8 +160,9 @@ def _pass(
         )
     except (ValueError, TypeError) as error:
         raise InputError(str(error)) from None
+    own = None if how.period is None else plots.rows["time"].to_numpy()
     step = (lambda done, total: progress("tracking", done, total)) if progress else None
-    return track_scans(tracker, Scans(scan_time, begin, plots.z), step), filter, tracker
+    return track_scans(tracker, Scans(scan_time, begin, plots.z, own=own), step), filter, tracker
 
 
 def _assumed(plots: Placed, settings: Settings) -> dict[str, float]:
