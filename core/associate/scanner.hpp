@@ -59,7 +59,9 @@ class Scanner {
     // The pack at these times, its modes mixed and predicted.
     void predict(TrackPack &pack, Pack now) {
         TrackState<Pack> &s = pack.state;
-        step.ahead(s, now - s.time, nullptr, nullptr);
+        pack.dt = now - s.time;
+        if (c.residuals) pack.carry = s.carry;
+        step.ahead(s, pack.dt, nullptr, nullptr);
         s.time = now;
         pack.predicted.swap(step.ahead.predicted), pack.prior = step.ahead.prior;
     }
@@ -93,6 +95,7 @@ class Scanner {
         int longest = 0;
         for (int l = 0; l < lanes; ++l) longest = std::max(longest, int(shares[l].size()));
         TrackState<Pack> &s = pack.state;
+        if (c.residuals) adapt(pack, plots, shares);
         const int m = c.count, n = longest + 1;
         branches.resize(std::size_t(n) * c.arena_size), weights.resize(std::size_t(m) * n);
         std::copy(pack.predicted.begin(), pack.predicted.end(), branches.begin());
@@ -169,6 +172,31 @@ class Scanner {
                 low[a] = std::min(low[a], x[p][l] - reach), high[a] = std::max(high[a], x[p][l] + reach);
             }
         }
+    }
+
+    // Modes whose noise follows the residual are predicted again, now that it is known: of the mean of the track's plots.
+    void adapt(TrackPack &pack, const Plots &plots, const std::vector<Share> *shares) {
+        Fix<Pack> fix;
+        for (int k = 0; k < 6; ++k) fix.P[k] = fix.V[k] = splat<Pack>(1.0);
+        for (int a = 0; a < 3; ++a) fix.p[a] = fix.v[a] = splat<Pack>(0.0);
+        fix.position = fix.velocity = splat_mask<Pack>(false);
+        for (int l = 0; l < lanes; ++l) {
+            double sum = 0.0;
+            for (const Share &each : shares[l]) sum += each.weight;
+            // What more probably has no plot is a miss.
+            if (!(sum > 0.5)) continue;
+            set_lane(fix.position, l, true);
+            for (int k = 0; k < 6; ++k) fix.P[k][l] = 0.0;
+            for (const Share &each : shares[l]) {
+                const Fix<double> &one = plots.fix[each.plot];
+                for (int a = 0; a < 3; ++a) fix.p[a][l] += each.weight / sum * one.p[a];
+                for (int k = 0; k < 6; ++k) fix.P[k][l] += each.weight / sum * one.P[k];
+            }
+        }
+        TrackState<Pack> &s = pack.state;
+        s.carry = pack.carry;
+        step.ahead(s, pack.dt, nullptr, &fix);
+        pack.predicted.swap(step.ahead.predicted), pack.prior = step.ahead.prior;
     }
 
     static void nearest(const Plots &plots, const double *low, const double *high, int most, std::vector<int> &some) {
