@@ -179,3 +179,15 @@ def test_filters_and_associations_race_on_a_sky(tmp_path):
 def test_a_race_that_makes_no_sense_is_refused(arguments, says):
     status, _, said = run("compare", *arguments, "--runs", 1)
     assert status == 2 and says in said
+
+
+def test_the_same_in_python(sky):
+    import jink
+
+    table = pl.read_parquet(sky)
+    found = jink.track(table, anonymous={"detection": 0.9, "association": "marginal"}, sensor_sd=50, details=True)
+    status, said, _ = run("track", sky, "--detection", 0.9, "--sensor-sd", 50, "--json")
+    assert status == 0 and json.loads(said)["accepted"] == found.summary["accepted"]
+    assert found.tracks["target"].n_unique() == 2 and found.rejected.height + found.summary["accepted"] == table.height
+    with pytest.raises(ValueError, match="unknown option 'detektion'; did you mean detection"):
+        jink.track(table, anonymous={"detektion": 0.9})

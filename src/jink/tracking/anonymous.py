@@ -7,7 +7,7 @@ tracks say what both are, and further passes use that. The density of false plot
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,8 +15,10 @@ import numpy as np
 import polars as pl
 
 from ..association.batch import Found, Scans, track_scans
+from ..association.rules import ASSOCIATIONS
 from ..association.tracker import Tracker
 from ..catalogue.targets import kind_of
+from ..checks import unknown
 from ..estimate import Status
 from ..io.errors import InputError
 from ..io.loading import Loaded
@@ -53,7 +55,20 @@ class Anonymous:
     period: float | None = None
     association: str = "marginal"
 
+    @classmethod
+    def of(cls, given: bool | Mapping[str, Any]) -> Anonymous | None:
+        """From what `jink.track` was given. Errors: InputError."""
+        if isinstance(given, bool):
+            return cls() if given else None
+        names = cls.__dataclass_fields__
+        for name in given:
+            if name not in names:
+                raise InputError(f"anonymous: {unknown('option', str(name), names)}")
+        return cls(**given)
+
     def __post_init__(self) -> None:
+        if self.association not in ASSOCIATIONS:
+            raise InputError(f"association: {unknown('association', self.association, ASSOCIATIONS)}")
         if self.detection is not None and not 0 < self.detection < 1:
             raise InputError(f"detection is {self.detection!r}; expected a probability between 0 and 1")
         for name in ("clutter", "new_per_hour"):

@@ -54,6 +54,7 @@ def track(
     time_unit: str | None = None,
     threads: int | None = None,
     details: bool = False,
+    anonymous: bool | Mapping[str, Any] = False,
 ) -> Any:
     """Track every target in a DataFrame (the same kind comes back), a file, a pattern or several files.
 
@@ -67,7 +68,9 @@ def track(
     columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component
     (`{"range": 50, "azimuth_deg": 0.1}`); None: from ADS-B accuracy columns or estimated. site: latitude,
     longitude and altitude of a radar. gap: seconds without a position that begin a new part (0: never).
-    Raises InputError (a ValueError).
+    anonymous: plots do not say whose they are; True, or any of detection, clutter, new_per_hour, drop_after, period and
+    association by name (docs/plots-without-names.md). A table without identity, in which several rows share a time, is
+    tracked so by itself. Raises InputError (a ValueError).
     """
     settings = Settings(
         filter=filter,
@@ -83,7 +86,8 @@ def track(
         threads=threads,
     )
     reading = Reading(columns, altitude_unit, time_unit, check_coordinates)
-    tracked, back = _from_data(data, reading, settings)
+    how = Anonymous.of(anonymous)
+    tracked, back = _from_data(data, reading, settings, how)
     if details:
         return Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
     if tracked.rejected.height:
@@ -93,15 +97,17 @@ def track(
     return back(tracked.tracks)
 
 
-def _from_data(data: Any, reading: Reading, settings: Settings) -> tuple[Tracked, Callable[[pl.DataFrame], Any]]:
+def _from_data(
+    data: Any, reading: Reading, settings: Settings, how: Anonymous | None
+) -> tuple[Tracked, Callable[[pl.DataFrame], Any]]:
     """Tracks of files or of a DataFrame, and what turns them into the kind that was given."""
     if isinstance(data, str | Path):
         data = [data]
     if isinstance(data, Sequence) and data and all(isinstance(item, str | Path) for item in data):
-        return run(load_files(data, reading), settings), lambda frame: frame
+        return run(load_files(data, reading), settings, anonymous=how), lambda frame: frame
     from ..io.frames import from_any, to_same
 
-    tracked = run(load_frame(from_any(data), reading), settings)
+    tracked = run(load_frame(from_any(data), reading), settings, anonymous=how)
     tracked = Tracked(tracked.tracks.drop("file"), tracked.rejected.drop("file"), tracked.summary)
     return tracked, lambda frame: to_same(frame, data)
 
