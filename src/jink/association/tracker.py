@@ -251,7 +251,7 @@ class Tracker:
         self.reset()
         self._many.restore(state[size:])
         for k, numbers_ in enumerate(np.frombuffer(state[:size]).reshape(-1, 6)):
-            self._extents[k] = Extent.of(numbers_[:5])
+            self._extents[k] = Extent.of(numbers_[:5].tolist())
             view = self._many.view(k)
             view.area = float(numbers_[5])
             self._many.set_view(k, view)
