@@ -71,11 +71,9 @@ def filter_of(sky: Sky) -> Any:
 
 def tracker_of(sky: Sky, row: Row) -> jink.Tracker:
     """With the sky's own figures, or wrong ones where the row says so."""
-    x0, x1, y0, y1 = sky.area
-    per_scan = sky.clutter / (2 * sky.around) ** 2 * (x1 - x0) * (y1 - y0) if sky.around else sky.clutter
     radar = Radar(
         detection=row.detection or sky.detection,
-        clutter_per_scan=row.clutter * per_scan,
+        clutter_per_scan=row.clutter * sky.false_per_scan,
         period=sky.interval,
         area=sky.area,
         learn_clutter=not sky.around,  # clutter that goes with the targets has no density to learn

@@ -66,14 +66,11 @@ def main() -> None:
     with_identity = float(np.sqrt(np.nanmean(square[square < 500.0**2])))
     pairs = figures.completeness * given.flights
     without = figures.localisation / np.sqrt(pairs)
-    print(
-        f"{given.flights} flights, {len(time)} scans of {PERIOD:g} s, {hours:.1f} flight hours, {FALSE} false plots a scan"
-    )
+    print(f"{given.flights} flights, {len(time)} scans of {PERIOD:g} s, {hours:.1f} flight hours, {FALSE} false plots")
     print(f"switches per flight hour {figures.switches.value / hours:.2f} (must 1)")
     print(f"completeness {100 * figures.completeness:.1f} % (must 97 %), spurious {100 * figures.spurious:.2f} %")
-    print(
-        f"position {without:.1f} m, with identity {with_identity:.1f} m, ratio {without / with_identity:.3f} (must 1.10)"
-    )
+    ratio = without / with_identity
+    print(f"position {without:.1f} m, with identity {with_identity:.1f} m, ratio {ratio:.3f} (must 1.10)")
 
 
 if __name__ == "__main__":

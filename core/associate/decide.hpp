@@ -58,7 +58,7 @@ class Decide {
     }
 
     // Rows whose every weight is below this share plots with others without being felt by them; 0: all are felt.
-    double slight = 1e-3;
+    double slight = 1e-2;
 
     const Edges &weights() const { return psi; }
     const Clusters &parts() const { return clusters; }

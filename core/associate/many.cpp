@@ -61,7 +61,9 @@ void Many::predict(double t, int sensor) {
     over_packs([&](Scanner &scanner, int p) {
         bool live[lanes], some = false;
         for (int l = 0; l < lanes; ++l) some = (live[l] = pool.live(p * lanes + l)) || some;
-        scanner.predict(pool.packs[p], t);
+        TrackPack &pack = pool.packs[p];
+        const bool instant = plots.time.empty() || !some;
+        scanner.predict(pack, instant ? larger<Pack>(splat<Pack>(t), pack.state.time) : scanner.expected(pack, plots, t, rules.gate, live));
         if (some) crowded[p] = scanner.gate(pool.packs[p], plots, sensor, rules.gate, rules.most_plots, live, &candidates[p * lanes]);
     });
 }
@@ -121,7 +123,7 @@ void Many::share_out(int s) {
     }
     for (Share &each : take) each.weight /= hit + miss;
     std::erase_if(take, [](const Share &each) { return !(each.weight > 1e-10); });
-    one.existence = after;
+    one.existence = std::min(after, 1.0);
     one.plot = best < 0 ? -1 : w.ratio.plot[best];
     one.share = hit;
 }
@@ -186,6 +188,7 @@ void Many::bear(double t, int sensor, ScanReport &report) {
         one.id = next_id++, one.code = plots.code[j];
         one.existence = one.birth = r, one.begun = one.seen = t;
         one.plots = 1, one.plot = j, one.share = 1.0;
+        pool.packs[slot / lanes].state.time[slot % lanes] = plots.time.empty() ? t : plots.time[j];
         born.push_back({slot, j});
     }
     std::sort(born.begin(), born.end());

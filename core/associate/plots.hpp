@@ -19,6 +19,7 @@ struct PlotRows {
     bool full_noise = false;
     const double *unit = nullptr;        // density of plots in the measurement space over that in the plane, at each plot
     const std::int64_t *code = nullptr;  // identity, -1 where it says none
+    const double *time = nullptr;        // of each plot, where the scan is no instant
 };
 
 class Plots {
@@ -27,6 +28,7 @@ class Plots {
     std::vector<int> row;                    // of each plot in the order of this class, where it came from
     std::vector<Fix<double>> fix;            // measured position
     std::vector<double> z, noise, unit;
+    std::vector<double> time;                // empty where all have the scan's
     std::vector<std::int64_t> code;
     int columns = 0, terms = 0;
     bool full = false;
@@ -94,7 +96,7 @@ class Plots {
         columns = rows.columns, full = rows.full_noise;
         terms = !rows.noise ? 0 : full ? packed_size(columns) : columns;
         fix.resize(count), z.resize(std::size_t(count) * columns), noise.resize(std::size_t(count) * terms);
-        unit.assign(count, 1.0), code.assign(count, -1);
+        unit.assign(count, 1.0), code.assign(count, -1), time.resize(rows.time ? count : 0);
         for (double &value : largest) value = 0.0;
         for (int k = 0; k < count; ++k) {
             const std::int64_t j = row[k];
@@ -107,6 +109,7 @@ class Plots {
                 }
             if (rows.unit) unit[k] = rows.unit[j];
             if (rows.code) code[k] = rows.code[j];
+            if (rows.time) time[k] = rows.time[j];
             for (int a = 0; a < 3; ++a) largest[a] = std::max(largest[a], fix[k].P[packed(a, a)]);
         }
     }

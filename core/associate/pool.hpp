@@ -26,11 +26,13 @@ struct Life {
 struct TrackPack {
     TrackState<Pack> state;
     std::vector<Pack> predicted, prior;  // of the scan that is being worked on
+    std::vector<Pack> carry;             // what modes adapt by, as it was before the scan
+    Pack dt = splat<Pack>(0.0);          // since the scan before
 
     explicit TrackPack(const Composition<Pack> &c)
         : state(c), predicted(c.arena_size, splat<Pack>(0.0)), prior(c.count, splat<Pack>(0.0)) {
         // Kernels run over free lanes too, so their numbers must be usable.
-        predicted = state.arena, prior = state.probability;
+        predicted = state.arena, prior = state.probability, carry = state.carry;
     }
 };
 
@@ -84,6 +86,8 @@ class Pool {
         each_number(b.state, [&](Pack &value) { value[lb] = *next++; });
         for (std::size_t k = 0; k < a.predicted.size(); ++k) b.predicted[k][lb] = a.predicted[k][la];
         for (std::size_t k = 0; k < a.prior.size(); ++k) b.prior[k][lb] = a.prior[k][la];
+        for (std::size_t k = 0; k < a.carry.size(); ++k) b.carry[k][lb] = a.carry[k][la];
+        b.dt[lb] = a.dt[la];
         set_lane(b.state.started, lb, true), set_lane(b.state.running, lb, true);
         life[to] = life[slot];
         return to;

@@ -27,11 +27,41 @@ class Scanner {
         scratch.resize(c.arena_size);
     }
 
-    // The pack at the scan's time, its modes mixed and predicted.
-    void predict(TrackPack &pack, double time) {
+    // When each lane's track is seen in a scan that takes time: with the nearest plot near where it will be, else in the middle.
+    Pack expected(const TrackPack &pack, const Plots &plots, double middle, double gate2, const bool *live) {
+        const TrackState<Pack> &s = pack.state;
+        Pack x[largest_state], P[packed_size(largest_state)], when = splat<Pack>(middle);
+        combine(s.arena.data(), s.probability.data(), x, P);
+        const int block = c.reported.block, axes = std::min(c.reported.axes, 2);
+        for (int l = 0; l < lanes; ++l) {
+            if (!live[l]) continue;
+            const double dt = middle - s.time[l];
+            double low[2] = {-INFINITY, -INFINITY}, high[2] = {INFINITY, INFINITY}, least = INFINITY;
+            for (int a = 0; a < axes; ++a) {
+                const int p = a * block, v = p + 1;
+                const double variance = P[packed(p, p)][l] + dt * (2.0 * P[packed(v, p)][l] + dt * P[packed(v, v)][l]);
+                const double reach = std::sqrt(gate2 * (variance + plots.largest[a]));
+                low[a] = x[p][l] + dt * x[v][l] - reach, high[a] = x[p][l] + dt * x[v][l] + reach;
+            }
+            plots.within(low, high, [&](int j) {
+                double far = 0.0;
+                for (int a = 0; a < axes; ++a) {
+                    // at the plot's own time
+                    const double e = plots.fix[j].p[a] - x[a * block][l] - (plots.time[j] - s.time[l]) * x[a * block + 1][l];
+                    far += e * e;
+                }
+                if (far < least) least = far, when[l] = plots.time[j];
+            });
+        }
+        return larger<Pack>(when, s.time);
+    }
+
+    // The pack at these times, its modes mixed and predicted.
+    void predict(TrackPack &pack, Pack now) {
         TrackState<Pack> &s = pack.state;
-        const Pack now = splat<Pack>(time);
-        step.ahead(s, now - s.time, nullptr, nullptr);
+        pack.dt = now - s.time;
+        if (c.residuals) pack.carry = s.carry;
+        step.ahead(s, pack.dt, nullptr, nullptr);
         s.time = now;
         pack.predicted.swap(step.ahead.predicted), pack.prior = step.ahead.prior;
     }
@@ -65,6 +95,7 @@ class Scanner {
         int longest = 0;
         for (int l = 0; l < lanes; ++l) longest = std::max(longest, int(shares[l].size()));
         TrackState<Pack> &s = pack.state;
+        if (c.residuals) adapt(pack, plots, shares);
         const int m = c.count, n = longest + 1;
         branches.resize(std::size_t(n) * c.arena_size), weights.resize(std::size_t(m) * n);
         std::copy(pack.predicted.begin(), pack.predicted.end(), branches.begin());
@@ -141,6 +172,31 @@ class Scanner {
                 low[a] = std::min(low[a], x[p][l] - reach), high[a] = std::max(high[a], x[p][l] + reach);
             }
         }
+    }
+
+    // Modes whose noise follows the residual are predicted again, now that it is known: of the mean of the track's plots.
+    void adapt(TrackPack &pack, const Plots &plots, const std::vector<Share> *shares) {
+        Fix<Pack> fix;
+        for (int k = 0; k < 6; ++k) fix.P[k] = fix.V[k] = splat<Pack>(1.0);
+        for (int a = 0; a < 3; ++a) fix.p[a] = fix.v[a] = splat<Pack>(0.0);
+        fix.position = fix.velocity = splat_mask<Pack>(false);
+        for (int l = 0; l < lanes; ++l) {
+            double sum = 0.0;
+            for (const Share &each : shares[l]) sum += each.weight;
+            // What more probably has no plot is a miss.
+            if (!(sum > 0.5)) continue;
+            set_lane(fix.position, l, true);
+            for (int k = 0; k < 6; ++k) fix.P[k][l] = 0.0;
+            for (const Share &each : shares[l]) {
+                const Fix<double> &one = plots.fix[each.plot];
+                for (int a = 0; a < 3; ++a) fix.p[a][l] += each.weight / sum * one.p[a];
+                for (int k = 0; k < 6; ++k) fix.P[k][l] += each.weight / sum * one.P[k];
+            }
+        }
+        TrackState<Pack> &s = pack.state;
+        s.carry = pack.carry;
+        step.ahead(s, pack.dt, nullptr, &fix);
+        pack.predicted.swap(step.ahead.predicted), pack.prior = step.ahead.prior;
     }
 
     static void nearest(const Plots &plots, const double *low, const double *high, int most, std::vector<int> &some) {

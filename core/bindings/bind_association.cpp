@@ -72,14 +72,15 @@ nb::dict report_of(const ScanReport &r) {
     return out;
 }
 
-nb::dict scan(Many &many, double time, int sensor, Const z, nb::object noise, nb::object unit, nb::object code) {
+nb::dict scan(Many &many, double time, int sensor, Const z, nb::object noise, nb::object unit, nb::object code, nb::object times) {
     PlotRows rows;
     rows.count = int(z.shape(0)), rows.columns = int(z.shape(1)), rows.z = z.data();
-    Const R, u;
+    Const R, u, own;
     Integers codes;
     if (!noise.is_none()) R = nb::cast<Const>(noise), rows.noise = R.data(), rows.full_noise = R.ndim() == 3;
     if (!unit.is_none()) u = nb::cast<Const>(unit), rows.unit = u.data();
     if (!code.is_none()) codes = nb::cast<Integers>(code), rows.code = codes.data();
+    if (!times.is_none()) own = nb::cast<Const>(times), rows.time = own.data();
     ScanReport report;
     {
         nb::gil_scoped_release released;
@@ -101,7 +102,7 @@ nb::dict tracks(Many &many, double least, bool covariance) {
     std::sort(order.begin(), order.end());
     const std::size_t count = order.size();
     std::vector<std::int64_t> id(count), plot(count), age(count), used(count);
-    std::vector<double> existence(count), x(count * n), P(covariance ? count * n * n : 0), mu(count * m);
+    std::vector<double> existence(count), time(count), x(count * n), P(covariance ? count * n * n : 0), mu(count * m);
     std::vector<unsigned char> status(count);
     std::vector<std::uint8_t> confirmed(count);
     for (std::size_t k = 0; k < count; ++k) {
@@ -122,6 +123,7 @@ nb::dict tracks(Many &many, double least, bool covariance) {
         for (int l = 0; l < lanes; ++l) {
             const int k = place[p * lanes + l];
             if (k < 0) continue;
+            time[k] = s.time[l];
             for (int r = 0; r < n; ++r) x[std::size_t(k) * n + r] = mean[r][l];
             for (int r = 0; r < n && covariance; ++r)
                 for (int q = 0; q < n; ++q) P[(std::size_t(k) * n + r) * n + q] = spread[packed(r, q)][l];
@@ -134,6 +136,7 @@ nb::dict tracks(Many &many, double least, bool covariance) {
     out["age"] = array_of(std::move(age), {count}), out["plots"] = array_of(std::move(used), {count});
     out["existence"] = array_of(std::move(existence), {count}), out["status"] = array_of(std::move(status), {count});
     out["confirmed"] = array_of(std::move(confirmed), {count}).attr("view")("bool");
+    out["time"] = array_of(std::move(time), {count});
     out["x"] = array_of(std::move(x), {count, N});
     if (covariance) out["P"] = array_of(std::move(P), {count, N, N});
     out["mode_probability"] = array_of(std::move(mu), {count, M});
@@ -203,7 +206,7 @@ void bind_association(nb::module_ &module, nb::class_<Engine> &engine) {
     module.def("cluster", cluster, "begin"_a, "plot"_a, "plots"_a, "Which cluster each row is in, or -1.");
     bind_rules(module);
     nb::class_<Many>(module, "Many", "Many targets from plots without identity.")
-        .def("scan", scan, "time"_a, "sensor"_a, "z"_a, "noise"_a.none(), "unit"_a.none(), "code"_a.none())
+        .def("scan", scan, "time"_a, "sensor"_a, "z"_a, "noise"_a.none(), "unit"_a.none(), "code"_a.none(), "times"_a.none())
         .def("tracks", tracks, "least"_a, "covariance"_a)
         .def("add", [](Many &many, double time, Const x, Const P, double existence) { return many.add(time, x.data(), P.data(), existence); })
         .def("view", [](Many &many, int sensor) { return many.sensors.at(sensor); })

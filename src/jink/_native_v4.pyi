@@ -730,6 +730,7 @@ class Many:
         noise: object | None,
         unit: object | None,
         code: object | None,
+        times: object | None,
     ) -> dict: ...
     def tracks(self, least: float, covariance: bool) -> dict: ...
     def add(

@@ -121,6 +121,17 @@ def test_what_makes_no_sense_is_refused_with_status_2(sky, options, says):
     assert status == 2 and says in said
 
 
+def test_a_coarse_clock_does_not_make_several_targets_of_one(tmp_path):
+    # five positions a second, stamped to the second
+    k = np.arange(600)
+    rng = np.random.default_rng(2)
+    pl.DataFrame(
+        {"time": (k // 5).astype(float), "x": 30.0 * k / 5 + rng.normal(0, 3, 600), "y": rng.normal(0, 3, 600)}
+    ).write_parquet(tmp_path / "one.parquet")
+    status, said, _ = run("track", tmp_path / "one.parquet", "--json")
+    assert status == 0 and "association" not in json.loads(said)
+
+
 def test_false_plots_alone_are_no_track(tmp_path):
     rng = np.random.default_rng(1)
     place = rng.uniform(0, 1e5, (200, 2))
@@ -141,3 +152,42 @@ def test_a_sky_has_its_own_sensor_and_a_wrong_name_is_refused(tmp_path):
     assert status == 2 and "seen by its own sensor" in said
     status, _, said = run("simulate", "sky-dens", "-o", tmp_path / "s.parquet")
     assert status == 2 and "sky-dense" in said
+
+
+def test_filters_and_associations_race_on_a_sky(tmp_path):
+    options = ["--filters", "imm,kalman-cv", "--association", "marginal,pda", "--runs", 2, "--seed", 5]
+    status, said, _ = run("compare", "sky-parallel", *options, "--json", tmp_path / "race.json")
+    assert status == 0 and "GOSPA" in said and "cut-off 300 m" in said
+    race = json.loads((tmp_path / "race.json").read_text())
+    entrants = {(e["filter"], e["association"]): e for e in race["entrants"]}
+    assert len(entrants) == 4 and race["runs"] == 2
+    # two tracks on one plot are false ones
+    assert entrants["imm", "pda"]["spurious"] > entrants["imm", "marginal"]["spurious"] + 0.2
+    assert entrants["imm", "marginal"]["gospa"][0] < entrants["imm", "pda"]["gospa"][0]
+
+
+@pytest.mark.parametrize(
+    "arguments, says",
+    [
+        (["sky-parallel", "--association", "best"], "unknown association 'best'"),
+        (["sky-parallel", "--filters", "gpb2"], "cannot track plots without identity"),
+        (["sky-paralel"], "sky-parallel"),
+        (["sky-parallel", "--sensor", "radar-4s"], "sensor options do not apply"),
+        (["lee-2003", "--association", "gnn"], "--association needs a whole sky"),
+    ],
+)
+def test_a_race_that_makes_no_sense_is_refused(arguments, says):
+    status, _, said = run("compare", *arguments, "--runs", 1)
+    assert status == 2 and says in said
+
+
+def test_the_same_in_python(sky):
+    import jink
+
+    table = pl.read_parquet(sky)
+    found = jink.track(table, anonymous={"detection": 0.9, "association": "marginal"}, sensor_sd=50, details=True)
+    status, said, _ = run("track", sky, "--detection", 0.9, "--sensor-sd", 50, "--json")
+    assert status == 0 and json.loads(said)["accepted"] == found.summary["accepted"]
+    assert found.tracks["target"].n_unique() == 2 and found.rejected.height + found.summary["accepted"] == table.height
+    with pytest.raises(ValueError, match="unknown option 'detektion'; did you mean detection"):
+        jink.track(table, anonymous={"detektion": 0.9})

@@ -176,7 +176,7 @@ class Textbook:
             for j, (likelihood, _) in t.edges.items():
                 psi[i, j] = t.r * self.detection * (t.mu @ likelihood) / (1 - t.r + t.r * t.unseen) / ground
         hit, none, lone = np.zeros_like(psi), np.ones(len(psi)), np.ones(len(z))
-        felt = psi.max(axis=1, initial=0) >= 1e-3
+        felt = psi.max(axis=1, initial=0) >= 1e-2
         for rows in _clusters(psi * felt[:, None]):
             p, nothing, free = propagated(psi[rows])
             hit[rows], none[rows] = p, nothing

@@ -17,13 +17,14 @@ from .picture import Picture
 
 @dataclass(frozen=True)
 class Scans:
-    """Plots in scans: rows begin[k] to begin[k + 1] of z are scan k, at time[k], of sensor[k]."""
+    """Plots in scans: rows begin[k] to begin[k + 1] of z are scan k, at time[k], of sensor[k]; own: of plots."""
 
     time: Array
     begin: NDArray[np.int64]
     z: Array
     covariance: Array | None = None
     sensor: Sequence[str | None] | None = None
+    own: Array | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -31,12 +32,13 @@ class Scans:
 
 @dataclass
 class Found:
-    """Rows of tracks, by track and time: id, scan, existence, confirmed, age, plot (row of z, −1: none), estimate.
+    """Rows of tracks, by track and time; plot: row of z, −1 for none.
 
     counts of the run: scans, plots, and how many scans were bounded ("crowded", "full", "inexact").
     """
 
     id: NDArray[np.int64]
+    time: Array
     scan: NDArray[np.int64]
     existence: Array
     confirmed: NDArray[np.bool_]
@@ -54,7 +56,8 @@ def track_scans(tracker: Any, scans: Scans, progress: Callable[[int, int], None]
         rows = slice(int(scans.begin[k]), int(scans.begin[k + 1]))
         covariance = None if scans.covariance is None else scans.covariance[rows]
         sensor = None if scans.sensor is None else scans.sensor[k]
-        picture = tracker.scan(float(scans.time[k]), scans.z[rows], sensor, covariance=covariance)
+        own = None if scans.own is None else scans.own[rows]
+        picture = tracker.scan(float(scans.time[k]), scans.z[rows], sensor, covariance=covariance, times=own)
         pictures.append(picture)
         for name in ("plots", "unusable", "crowded", "full", "inexact"):
             counts[name] += int(picture.report[name])
@@ -81,6 +84,7 @@ def _gathered(tracker: Any, scans: Scans, pictures: list[Picture], counts: dict[
     f = tracker.filter
     return Found(
         id=ids[rows],
+        time=joined(lambda p: p.times)[rows],
         scan=scan[rows],
         existence=joined(lambda p: p.existence)[rows],
         confirmed=confirmed[rows],

@@ -16,7 +16,8 @@ from ..estimate import Estimate
 class Picture:
     """The tracks of one scan, by id.
 
-    ids (n,): the same for as long as a track lives. existence (n,): probability that there is a target. confirmed (n,):
+    times (n,): of each track's estimate, ``time`` but for scans that take time. ids (n,): the same for as long as a
+    track lives. existence (n,): probability that there is a target. confirmed (n,):
     whether it once was above 0.8 and has not fallen below 0.4 since. age (n,): scans since the first plot. plot (n,):
     the row of the scan's plots that most probably is the track's, −1 where it more probably has none. estimate: x, P,
     mode_probability and status of each track. lone (m,): of each plot, the probability that it is no track's.
@@ -24,6 +25,7 @@ class Picture:
     """
 
     time: float
+    times: Array
     ids: NDArray[np.int64]
     existence: Array
     confirmed: NDArray[np.bool_]

@@ -56,7 +56,6 @@ def check_filter(filter: Any) -> None:
         raise ValueError(
             f"filter: {name} has models of your own; a tracker runs on jink's own motion and sensor models"
         )
-    adapts = {native.Adapt.fuzzy_rules, native.Adapt.network}
     reasons = (
         (d.interaction == native.Interaction.gpb2, "it keeps every pair of modes apart (GPB2)"),
         (d.proposal.kind != native.Propose.all, "it changes its set of modes from scan to scan"),
@@ -64,7 +63,6 @@ def check_filter(filter: Any) -> None:
         (d.scores.kind != native.Adapt.none, "a network weighs its modes"),
         (d.detection.window > 0, "it watches for the onset of manoeuvres scan by scan"),
         (d.aid.kind != native.AidInputs.none, "a learned aid corrects its estimate from single plots"),
-        (any(m.adaptation.kind in adapts for m in d.modes), "its noise follows the residuals of single plots"),
     )
     for true, why in reasons:
         if true:

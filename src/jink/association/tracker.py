@@ -14,6 +14,7 @@ from ..filters.rows import row_noise
 from ..models.radar import Radar
 from ..times import seconds
 from .batch import run_table
+from .extent import Extent
 from .picture import Picture
 from .rules import association_called, check_filter, named_radars
 
@@ -82,6 +83,7 @@ class Tracker:
             if getattr(model, "axes", None) not in (None, self.filter.axes):
                 raise ValueError(f"sensors: {name} has {model.axes} axes, the filter {self.filter.axes}")
         self._models, self._sensors = given, [model.native() for model in given]
+        self._spread = [float(np.sqrt(s.noise[0])) for s in self._sensors]
         d.sensors = self._sensors
         d.outlier_share, d.restart_after, d.coast = 0.0, 0, 0.0
         d.start, d.velocity_variance = native.Start.one_point, speed_sd**2
@@ -99,7 +101,7 @@ class Tracker:
             view.learning = radar.learn_clutter
             views.append(view)
         self._many = self._engine.association(self.rules, views)
-        self._known = [False] * len(views)
+        self._extents = [Extent() for _ in views]
 
     def add(self, time: Any, x: ArrayLike, P: ArrayLike, existence: float = 0.999) -> int:
         """A target that is known to be there: mean x and covariance P in ``filter.components``. Returns its id."""
@@ -117,9 +119,12 @@ class Tracker:
         *,
         covariance: ArrayLike | None = None,
         code: ArrayLike | None = None,
+        times: ArrayLike | None = None,
     ) -> Picture:
         """All plots (m, components) of one scan of a sensor; none is a scan too.
 
+        times (m,) of each plot, where the scan takes time as a turning antenna's does: each track is then predicted to
+        the time of the plot nearest to it; ``time`` is that of the middle of the scan, for tracks without one.
         time (s or a date) must not run back. covariance (m, k) variances or (m, k, k) of each plot, instead of the
         sensor's; code (m,) whole numbers from 0 where a plot says who it is (Mode S, MMSI), −1 where not.
         Errors: ValueError naming the argument.
@@ -136,7 +141,8 @@ class Tracker:
         self._prepare(which, z)
         noise = None if covariance is None else row_noise(covariance, len(z), z.shape[1])
         codes = None if code is None else _codes(code, len(z))
-        report = self._many.scan(t, which, z, noise, self._unit(which, z), codes)
+        own = None if times is None else _times(times, len(z))
+        report = self._many.scan(t, which, z, noise, self._unit(which, z), codes, own)
         return self._picture(t, report)
 
     def _index(self, sensor: str | None) -> int:
@@ -158,22 +164,28 @@ class Tracker:
         return np.ascontiguousarray(z)
 
     def _prepare(self, which: int, z: Array) -> None:
-        """What was not declared of a sensor, from its first plots."""
-        if self._known[which] or not len(z):
+        """What was not declared of a sensor, from its plots: densities at first, and the area as it grows."""
+        radar, known = list(self.radars.values())[which], self._extents[which].count > 0
+        if not len(z) or (known and radar.size() is not None):
             return
-        self._known[which] = True
-        radar = list(self.radars.values())[which]
-        view = self._many.view(which)
         points = self._models[which].positions(z)
         points = points[np.isfinite(points).all(axis=1)]
-        view.area = radar.size(points)
-        count = max(len(points), 1)
-        clutter = count if radar.clutter_per_scan is None else radar.clutter_per_scan
-        view.clutter = max(clutter, 1e-3) / view.area
-        targets = 0.1 * count if self.targets is None else self.targets
-        view.undetected = targets / view.area
-        hourly = 10.0 * count if self.new_per_hour is None else self.new_per_hour
-        view.arrivals = hourly / 3600.0 / view.area
+        if not len(points):
+            return
+        extent = self._extents[which]
+        extent.take(points)
+        view = self._many.view(which)
+        area = extent.area(radar, list(self.radars.values()), self._spread[which])
+        if known:
+            for name in ("clutter", "undetected", "arrivals"):
+                setattr(view, name, getattr(view, name) * view.area / area)
+        else:
+            count = len(points)
+            clutter = count if radar.clutter_per_scan is None else radar.clutter_per_scan
+            view.clutter = max(clutter, 1e-3) / area
+            view.undetected = (0.1 * count if self.targets is None else self.targets) / area
+            view.arrivals = (10.0 * count if self.new_per_hour is None else self.new_per_hour) / 3600.0 / area
+        view.area = area
         self._many.set_view(which, view)
 
     def _unit(self, which: int, z: Array) -> Array | None:
@@ -200,13 +212,14 @@ class Tracker:
         f = self.filter
         return Picture(
             time=time,
+            times=found["time"],
             ids=found["id"],
             existence=found["existence"],
             confirmed=found["confirmed"],
             age=found["age"],
             plot=found["plot"],
             estimate=Estimate(f.components, f.modes, results, f.non_manoeuvring),
-            lone=self._many.lone(),
+            lone=np.asarray(self._many.lone()),
             report=report,
         )
 
@@ -226,26 +239,29 @@ class Tracker:
 
     def save(self) -> bytes:
         """All tracks and what was learned, for :meth:`load` of a tracker made alike."""
-        known = np.array([float(k) for k in self._known])
-        return (
-            known.tobytes()
-            + np.array([self._many.view(k).area for k in range(len(known))]).tobytes()
-            + self._many.save()
-        )
+        views = [self._many.view(k) for k in range(len(self.radars))]
+        head = [[*e.numbers, view.area] for e, view in zip(self._extents, views, strict=True)]
+        return np.array(head).tobytes() + self._many.save()
 
     def load(self, state: bytes) -> None:
         """Take up a saved state. Errors: ValueError for one of another tracker."""
-        n = len(self.radars)
-        if len(state) < 16 * n:
+        size = 48 * len(self.radars)
+        if len(state) < size:
             raise ValueError("state: is cut short, or was saved by another tracker")
         self.reset()
-        head = np.frombuffer(state[: 16 * n])
-        self._many.restore(state[16 * n :])
-        self._known = [bool(k) for k in head[:n]]
-        for k in range(n):
+        self._many.restore(state[size:])
+        for k, numbers_ in enumerate(np.frombuffer(state[:size]).reshape(-1, 6)):
+            self._extents[k] = Extent.of(numbers_[:5].tolist())
             view = self._many.view(k)
-            view.area = float(head[n + k])
+            view.area = float(numbers_[5])
             self._many.set_view(k, view)
+
+
+def _times(times: ArrayLike, rows: int) -> Array:
+    own = np.ascontiguousarray(np.asarray(seconds(times), float).reshape(-1))
+    if own.shape != (rows,) or not np.isfinite(own).all():
+        raise ValueError(f"times: expected a time for each of {rows} plots")
+    return own
 
 
 def _codes(code: ArrayLike, rows: int) -> np.ndarray:

@@ -28,6 +28,7 @@ from .request import (
     output_path,
     parse_columns,
     progress_line,
+    words_of,
 )
 
 
@@ -56,6 +57,14 @@ class CompareRequest(SensorOptions):
             autocompletion=completed_from("filters", also=("all",)),
         ),
     ] = ""
+    association: Annotated[
+        str,
+        typer.Option(
+            metavar="A,B",
+            help="On a whole sky, such as sky-regional: how plots are given to tracks, {associations}.",
+            autocompletion=completed_from("associations"),
+        ),
+    ] = ""
     runs: Runs = 1000
     seed: Seed = 0
     json: JsonFile = None
@@ -82,6 +91,10 @@ def _run(request: CompareRequest) -> int:
     check_seed(request.seed)
     check_kind(request.kind)
     output, report = _output(request, "--json", request.json), _output(request, "--report", request.report)
+    if request.scenario.startswith("sky-") and not Path(request.scenario).exists():
+        return _run_sky(request, output, report)
+    if request.association:
+        raise InputError("--association needs a whole sky, such as sky-regional")
     if output is not None and report is not None and output.absolute() == report.absolute():
         raise InputError(f"--json and --report are both {output}; expected two names")
     with progress_line(not request.quiet) as say:
@@ -100,6 +113,36 @@ def _run(request: CompareRequest) -> int:
 
         show(race)
     return 130 if race.partial else 0
+
+
+def _run_sky(request: CompareRequest, output: Path | None, report: Path | None) -> int:
+    """Filters and associations on plots without identity."""
+    from ..compare.sky_race import race_on_sky
+    from ..io.writing import atomically
+
+    if report is not None or request.sensor_options or request.columns:
+        raise InputError(f"{request.scenario} is a whole sky: --report, --columns and sensor options do not apply")
+    with progress_line(not request.quiet) as say:
+        race = race_on_sky(
+            request.scenario,
+            words_of([request.filters]) or ["imm"],
+            words_of([request.association]) or ["marginal"],
+            request.runs,
+            request.seed,
+            kind=request.kind,
+            progress=say and (lambda done, asked: say(f"{done:,} of {asked:,}")),
+        )
+    text = json_text(race.as_dict())
+    if output is not None and str(output) != "-":
+        with atomically(output) as (temporary,):
+            temporary.write_text(text, encoding="utf-8")
+    if str(output) == "-":
+        sys.stdout.write(text)
+    elif not request.quiet:
+        from ..report.sky_table import show
+
+        show(race)
+    return 0
 
 
 def _scenario(request: CompareRequest) -> Any:

@@ -348,14 +348,10 @@ def conventions_of(request: TrackRequest) -> Any:
 
 def anonymous_of(request: TrackRequest) -> Any:
     """How plots without identity are to be tracked; None where nothing of it was asked for. Errors: InputError."""
-    from ..association.rules import ASSOCIATIONS
-    from ..checks import unknown
     from ..tracking.anonymous import Anonymous
 
     names = ("detection", "clutter", "association", "new_per_hour", "drop_after", "period")
     given = {name: getattr(request, name) for name in names if getattr(request, name) is not None}
-    if "association" in given and given["association"] not in ASSOCIATIONS:
-        raise InputError(f"--association: {unknown('association', given['association'], ASSOCIATIONS)}")
     return Anonymous(**given) if request.anonymous or given else None
 
 

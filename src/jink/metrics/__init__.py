@@ -18,6 +18,8 @@ from .errors import (
 )
 from .figure import Figure
 from .manoeuvres import Detection, Response, detection, events, manoeuvring, response
+from .sets import Gospa, gospa, ospa, ospa2
+from .skies import SkyFigures, sky_figures
 from .timing import microseconds_per_update
 
 __all__ = [
@@ -25,7 +27,9 @@ __all__ = [
     "Consistency",
     "Detection",
     "Figure",
+    "Gospa",
     "Response",
+    "SkyFigures",
     "bound_rmse",
     "compare_means",
     "compare_rmse",
@@ -33,6 +37,7 @@ __all__ = [
     "detection",
     "efficiency",
     "events",
+    "gospa",
     "information",
     "log_density",
     "log_score",
@@ -43,6 +48,8 @@ __all__ = [
     "microseconds_per_update",
     "nees",
     "normalised_error",
+    "ospa",
+    "ospa2",
     "paired",
     "posterior_bound",
     "prediction_score",
@@ -50,6 +57,7 @@ __all__ = [
     "response",
     "rmse",
     "rmse_over_time",
+    "sky_figures",
     "tichavsky_bound",
     "trimmed_rmse",
     "turn_displacement",

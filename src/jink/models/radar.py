@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import Array, PerAxis, positive, probability
+from ..checks import PerAxis, positive, probability
 from .sensor import Polar, Position
 
 
@@ -72,17 +72,11 @@ class Radar:
             return Polar(range_sd=self.range_sd, azimuth_sd=self.azimuth_sd, site=self.site, method="converted")
         return self.sensor
 
-    def size(self, points: Array) -> float:
-        """The area it looks at (m²): as declared, or the box that holds these points (n, 2)."""
+    def size(self) -> float | None:
+        """The declared area (m²), or None."""
         if self.area is not None:
             return float((self.area[1] - self.area[0]) * (self.area[3] - self.area[2]))
-        if self.reach is not None:
-            return pi * self.reach**2
-        if len(points) < 2:
-            return 1.0
-        side = np.maximum(np.ptp(points[:, :2], axis=0), 1e-3)
-        # n points uniform on a side span (n − 1)/(n + 1) of it
-        return float(side.prod() * ((len(points) + 1) / (len(points) - 1)) ** 2)
+        return None if self.reach is None else pi * self.reach**2
 
     def limits(self) -> tuple[tuple[float, float, float, float], tuple[float, float, float]]:
         """The box and the circle (x, y, radius) outside of which it sees nothing; infinite where not declared."""

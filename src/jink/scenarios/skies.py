@@ -66,6 +66,14 @@ class Sky:
     source: str = ""
     first: int = field(default=0)  # scans before it have no plots
 
+    @property
+    def false_per_scan(self) -> float:
+        """False plots per scan over the whole area, at the density that they have where they are."""
+        if not self.around:
+            return self.clutter
+        x0, x1, y0, y1 = self.area
+        return self.clutter * (x1 - x0) * (y1 - y0) / (2 * self.around) ** 2
+
     def run(self, number: int, seed: int = 0) -> SkyRun:
         """Run ``number`` of this seed."""
         truth_rng, seen_rng = (

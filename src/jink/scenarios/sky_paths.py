@@ -15,12 +15,13 @@ SIDE = 4e5  # m, of the regional square
 
 
 def _straight(T: float) -> Array:
-    return np.kron(np.eye(2), np.array([[1.0, T], [0.0, 1.0]]))
+    return np.asarray(np.kron(np.eye(2), np.array([[1.0, T], [0.0, 1.0]])), float)
 
 
 def _noise(q: float, T: float) -> Array:
     """Cholesky factor of white acceleration noise over T."""
-    return np.linalg.cholesky(q * np.kron(np.eye(2), np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]])))
+    white = np.asarray(np.kron(np.eye(2), np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]])), float)
+    return np.asarray(np.linalg.cholesky(q * white), float)
 
 
 def turned(x: Array, rate: Array | float, T: float) -> Array:

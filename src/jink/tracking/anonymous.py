@@ -7,7 +7,7 @@ tracks say what both are, and further passes use that. The density of false plot
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,12 +15,14 @@ import numpy as np
 import polars as pl
 
 from ..association.batch import Found, Scans, track_scans
+from ..association.rules import ASSOCIATIONS
 from ..association.tracker import Tracker
 from ..catalogue.targets import kind_of
+from ..checks import unknown
 from ..estimate import Status
 from ..io.errors import InputError
 from ..io.loading import Loaded
-from ..io.measurements import Measurements
+from ..io.measurements import DIMENSIONS, Measurements
 from ..io.rejected import together
 from ..models.radar import Radar
 from .anonymous_rows import placed_plots, placed_tracks
@@ -31,6 +33,7 @@ from .prepare import Pace, Settings, choose
 from .summary import plain, reasons, words_for
 
 SHARED = 0.3  # of the times: if so many are shared by several rows, a table without identity holds several targets
+APART = 0.05  # of what the table spans: rows of one time nearer to each other may be one target and a coarse clock
 FIRST_DETECTION = 0.9
 PASSES = 4  # at most, until noise and detection probability change by less than 5 %
 
@@ -52,7 +55,20 @@ class Anonymous:
     period: float | None = None
     association: str = "marginal"
 
+    @classmethod
+    def of(cls, given: bool | Mapping[str, Any]) -> Anonymous | None:
+        """From what `jink.track` was given. Errors: InputError."""
+        if isinstance(given, bool):
+            return cls() if given else None
+        names = cls.__dataclass_fields__
+        for name in given:
+            if name not in names:
+                raise InputError(f"anonymous: {unknown('option', str(name), names)}")
+        return cls(**given)
+
     def __post_init__(self) -> None:
+        if self.association not in ASSOCIATIONS:
+            raise InputError(f"association: {unknown('association', self.association, ASSOCIATIONS)}")
         if self.detection is not None and not 0 < self.detection < 1:
             raise InputError(f"detection is {self.detection!r}; expected a probability between 0 and 1")
         for name in ("clutter", "new_per_hour"):
@@ -66,11 +82,19 @@ class Anonymous:
 
 
 def is_anonymous(measurements: Measurements) -> bool:
-    """Has the table no identity, and several rows of one time, which one target cannot have?"""
-    if "target" in measurements.named or measurements.rows.height < 2:
+    """Has the table no identity, and several rows of one time far apart, which one target cannot have?"""
+    rows = measurements.rows
+    if "target" in measurements.named or rows.height < 2:
         return False
-    each = measurements.rows.group_by("time").agg(pl.len().alias("n"))
-    return bool((each["n"] > 1).mean() > SHARED)
+    places = [pl.col(name).fill_nan(None) for name in DIMENSIONS[measurements.position][:2] if name in rows.columns]
+    spans = [(place.max() - place.min()).alias(f"span {k}") for k, place in enumerate(places)]
+    each = rows.group_by("time").agg(pl.len().alias("n"), *spans)
+    if not (each["n"].to_numpy() > 1).mean() > SHARED:
+        return False
+    whole = rows.select(*spans)
+    apart = each.filter(pl.col("n") > 1)
+    shares = [apart[s.name].median() / s[0] for s in whole if s[0]]  # pyright: ignore[reportOperatorIssue]
+    return bool(shares) and all(share is not None and share > APART for share in shares)
 
 
 def run_anonymous(
@@ -93,7 +117,7 @@ def run_anonymous(
         if how.detection is None:
             detection = _detection(found)
         if not settings.sensor_sd:
-            sd = _noise(placed_tracks(plots, found, scan_time), sd, settings)
+            sd = _noise(placed_tracks(plots, found), sd, settings)
         if all(abs(value / before[name] - 1) < 0.05 for name, value in {**sd, "detection": detection}.items()):
             break
     found, filter, tracker = _pass(plots, begin, scan_time, sd, settings, how, detection, interval, progress)
@@ -102,7 +126,7 @@ def run_anonymous(
             f"no track was confirmed in {len(scan_time):,} scans of {plots.rows.height:,} plots; "
             "check --sensor-sd, --detection, --kind and the unit of the columns"
         )
-    rows = placed_tracks(plots, found, scan_time)
+    rows = placed_tracks(plots, found)
     if settings.smooth:
         found = _smoothed(found, filter, rows)
     table = _table(rows, found, measurements)
@@ -151,8 +175,9 @@ def _pass(
         )
     except (ValueError, TypeError) as error:
         raise InputError(str(error)) from None
+    own = None if how.period is None else plots.rows["time"].to_numpy()
     step = (lambda done, total: progress("tracking", done, total)) if progress else None
-    return track_scans(tracker, Scans(scan_time, begin, plots.z), step), filter, tracker
+    return track_scans(tracker, Scans(scan_time, begin, plots.z, own=own), step), filter, tracker
 
 
 def _assumed(plots: Placed, settings: Settings) -> dict[str, float]:

@@ -61,9 +61,10 @@ def _scans(time: np.ndarray, period: float | None) -> tuple[np.ndarray, np.ndarr
     if not len(time):
         return np.zeros(1, np.int64), time
     if period is not None:
-        turn = np.floor((time - time[0]) / period + 1e-9).astype(np.int64)
+        cut = _cut(time, period)
+        turn = np.floor((time - cut) / period).astype(np.int64)
         begin = np.flatnonzero(np.r_[True, np.diff(turn) > 0])
-        return np.r_[begin, len(time)], time[0] + (turn[begin] + 0.5) * period
+        return np.r_[begin, len(time)], cut + (turn[begin] + 0.5) * period
     begin = np.flatnonzero(np.r_[True, np.diff(time) > 0])
     if len(begin) > 0.7 * len(time) and len(time) > 20:
         raise InputError(
@@ -73,8 +74,16 @@ def _scans(time: np.ndarray, period: float | None) -> tuple[np.ndarray, np.ndarr
     return np.r_[begin, len(time)], time[begin]
 
 
-def placed_tracks(plots: Placed, found: Found, scan_time: np.ndarray) -> Placed:
-    """The rows of tracks, by track: where a plot is taken its row, else the scan's time and nothing measured."""
+def _cut(time: np.ndarray, period: float) -> float:
+    """A time between two turns: where within the period plots leave the longest gap."""
+    phase = np.sort(np.mod(time - time[0], period))
+    gap = np.diff(np.r_[phase, phase[0] + period])
+    widest = int(np.argmax(gap))
+    return float(time[0] + phase[widest] + gap[widest] / 2 - period)
+
+
+def placed_tracks(plots: Placed, found: Found) -> Placed:
+    """The rows of tracks, by track: where a plot is taken its row, else nothing measured."""
     new = np.r_[True, np.diff(found.id) != 0] if len(found.id) else np.zeros(0, bool)
     seen = found.plot >= 0
     at = np.where(seen, found.plot, 0)
@@ -87,8 +96,7 @@ def placed_tracks(plots: Placed, found: Found, scan_time: np.ndarray) -> Placed:
 
     source = plots.rows[at]
     first = plots.rows["time"][0] if plots.rows.height else 0.0
-    plot_time = plots.rows["time"].to_numpy()[at]
-    absolute = np.where(seen, plot_time, scan_time[found.scan])
+    absolute = found.time
     missing = pl.Series(~seen)
     rows = source.select("file", "row", "source", *[n for n in ("position_sd", "altitude_sd") if n in source.columns])
     rows = rows.with_columns(

@@ -61,6 +61,7 @@ def track(
     azimuth_from: str | None = None,
     threads: int | None = None,
     details: bool = False,
+    anonymous: bool | Mapping[str, Any] = False,
 ) -> Any:
     """Track every target in a DataFrame (the same kind comes back), a file, a pattern or several files.
 
@@ -75,7 +76,9 @@ def track(
     (`{"range": 50, "azimuth_deg": 0.1}`); None: from columns of accuracy or estimated. site: latitude, longitude and
     altitude of a radar. day_first, time_format (strftime), time_zone: how text dates are read. axes: "enu" or "ned";
     azimuth_from: "north" (clockwise) or "east" (counter-clockwise). gap: seconds without a position that begin a new
-    part (0: never).
+    part (0: never). anonymous: plots do not say whose they are; True, or any of detection, clutter, new_per_hour,
+    drop_after, period and association by name (docs/plots-without-names.md). A table without identity, in which
+    several rows share a time, is tracked so by itself.
     Raises InputError (a ValueError).
     """
     settings = Settings(
@@ -94,7 +97,7 @@ def track(
     )
     conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from)
     reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions)
-    tracked, back = _from_data(data, reading, settings)
+    tracked, back = _from_data(data, reading, settings, Anonymous.of(anonymous))
     if details:
         return Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
     if tracked.rejected.height:
@@ -104,15 +107,17 @@ def track(
     return back(tracked.tracks)
 
 
-def _from_data(data: Any, reading: Reading, settings: Settings) -> tuple[Tracked, Callable[[pl.DataFrame], Any]]:
+def _from_data(
+    data: Any, reading: Reading, settings: Settings, how: Anonymous | None
+) -> tuple[Tracked, Callable[[pl.DataFrame], Any]]:
     """Tracks of files or of a DataFrame, and what turns them into the kind that was given."""
     if isinstance(data, str | Path):
         data = [data]
     if isinstance(data, Sequence) and data and all(isinstance(item, str | Path) for item in data):
-        return run(load_files(data, reading), settings), lambda frame: frame
+        return run(load_files(data, reading), settings, anonymous=how), lambda frame: frame
     from ..io.frames import from_any, to_same
 
-    tracked = run(load_frame(from_any(data), reading), settings)
+    tracked = run(load_frame(from_any(data), reading), settings, anonymous=how)
     tracked = Tracked(tracked.tracks.drop("file"), tracked.rejected.drop("file"), tracked.summary)
     return tracked, lambda frame: to_same(frame, data)
 
