@@ -83,7 +83,7 @@ def networks(models: Models) -> dict[str, Sequence[Maker]]:
     """Networks that choose the process noise, or score modes of fixed noise, each trained from five seeds."""
     kinds = {
         **{f"nnvsmm, training {k}": (f"published-{k}", f"network as published, training set {k}") for k in "123"},
-        "nnvsmm, expected": ("expected", "the same, labels free of one run's noise, set 3"),
+        "nnvsmm, expected": ("expected", "the same, with labels that do not depend on one run's noise, set 3"),
         "nnvsmm, end to end": ("end-to-end", "trained end to end on the tracking error, set 3, q 1 to 196"),
         "nnvsmm, wide": ("wide", "trained end to end on targets of all kinds, q 0.01 to 5000"),
         **{
@@ -156,23 +156,21 @@ CHOI_2001 = Paper(
     experiments=experiments,
     draw=draw,
     readings=(
-        "Circles are R (cos ωk, sin ωk), k = 1 … 20, about the origin; scenario 3's line starts where its circle "
-        "ends; “10/π” is π/10.",
-        "Process noise variance q means Q = q [¼ ½; ½ 1] per axis (T = 1), levels 1, 6, …, 196; both axes share it.",
-        "Start by two points; position RMS over scans 3 to 20.",
-        "Digraph switching: active are the modes within ±1 (or ±2) places of the most probable one after each "
-        "scan; start on q = 1; "
-        "stay 0.95, the rest equally to the active neighbours. None of this is stated, nor how the paper's three "
-        "columns differ: "
-        "their mean is shown.",
-        "Of the mode-based design the paper gives no bank, no figures and as its rule “like choosing k modes”: "
-        "here a network scores six "
-        "of the levels (1, 6, 16, 41, 91, 196) from the last weights and log NIS of each, and the best three "
-        "share the estimate.",
+        "Circles are R (cos ωk, sin ωk), k = 1 … 20, about the origin. The line of scenario 3 starts where its circle "
+        "ends. “10/π” is read as π/10.",
+        "Process noise variance q means Q = q [¼ ½; ½ 1] per axis (T = 1). Levels are 1, 6, …, 196; both axes share "
+        "one.",
+        "Tracks start from two points. The position RMS covers scans 3 to 20.",
+        "Digraph switching: after each scan the modes within ±1 (or ±2) places of the most probable one are active. "
+        "The start is on q = 1. A mode stays with probability 0.95; the active neighbours share the rest equally. "
+        "The paper states none of this. Nor does it say how its three columns differ, so their mean is shown.",
+        "The paper gives no bank and no figures for the mode-based design; its rule is “like choosing k modes”. "
+        "Here a network scores six of the levels (1, 6, 16, 41, 91, 196). It takes the last weights and the log NIS "
+        "of each level. The best three share the estimate.",
     ),
     remarks=(
-        "Digraph switching in scenario 2, published as 5.98, is not reached by any reading, nor does one reading "
-        "give all four columns.",
-        "Most published figures for scenarios 2 to 4 are worse than not filtering (1.41, “raw”).",
+        "No reading reaches the 5.98 published for digraph switching in scenario 2. No single reading gives all four "
+        "columns.",
+        "Most published figures for scenarios 2 to 4 are worse than those without a filter (1.41, “raw”).",
     ),
 )

@@ -17,9 +17,9 @@ LEE_2003 = Paper(
     draw=lee.draw,
     readings=lee.READINGS,
     remarks=(
-        "The published figures come from 100 runs: their standard error is √(runs/100) times the one shown here.",
-        "The published rules work as three constant noise levels: see “constants” beside “fuzzy-imm”.",
+        "The published figures come from 100 runs, so their standard error is √(runs/100) times the one shown here.",
+        "The published rules act like three constant noise levels; compare “constants” with “fuzzy-imm”.",
         "A single tuned Kalman filter (kalman-cv) beats both adaptive IMMs.",
-        "The two-stage recursion with noise on its bias is not optimal: see “two-stage” beside “augmented”.",
+        "The two-stage recursion with noise on its bias is not optimal; compare “two-stage” with “augmented”.",
     ),
 )
