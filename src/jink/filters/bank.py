@@ -145,7 +145,7 @@ class Bank:
 
     @property
     def numbers(self) -> Array:
-        """The numbers the engine runs on, those it can be differentiated by; see :mod:`jink.fit.gradient`."""
+        """The parameters of the engine by which it can be differentiated; see :mod:`jink.fit.gradient`."""
         return np.asarray(native.numbers(self.engine))
 
     @property

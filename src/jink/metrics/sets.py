@@ -1,6 +1,6 @@
 """How far a set of estimates is from a set of targets: GOSPA, OSPA and OSPA⁽²⁾.
 
-Points are (n, axes); a distance below the cut-off c makes a pair possible, and pairs are chosen at the least total cost.
+Points are (n, axes). Only points closer than the cut-off c can be paired. Pairs are chosen at the least total cost.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How a sensor sees a sky of many targets: what it detects, what it sees that is not there, where and how often."""
+"""How a sensor sees many targets: its share of detections, its false plots, its coverage and how often it looks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .sensor import Polar, Position
 
 @dataclass(frozen=True, kw_only=True)
 class Radar:
-    """A sensor whose plots have no names.
+    """A sensor whose plots do not say which target they are of.
 
     What is measured is ``sd`` (m, positions), or ``range_sd`` (m) and ``azimuth_sd`` (rad) from ``site``, or any
     ``sensor`` of :mod:`jink.models.sensor`; the filter's own sensor if none is given. detection: probability that a
@@ -66,7 +66,7 @@ class Radar:
         return self.sensor
 
     def size(self, points: Array) -> float:
-        """The area it looks at (m²): as declared, or the box that holds these points (n, 2)."""
+        """The observed area (m²): as declared, or the box around these points (n, 2)."""
         if self.area is not None:
             return float((self.area[1] - self.area[0]) * (self.area[3] - self.area[2]))
         if self.reach is not None:

@@ -171,8 +171,8 @@ def _histogram(check: Consistency) -> str:
     share = 100 * int(check.inside.sum()) / n
     counts = check.histogram / max(check.histogram.mean(), 1e-12)
     words = (
-        f"<p>{share:.1f} % of NIS lie inside the 95 % band. Where the bars are level with 1, errors are as large as the "
-        "filter believes.</p>"
+        f"<p>{share:.1f} % of NIS lie inside the 95 % band. Where the bars are level with 1, errors are as large as "
+        "the filter believes.</p>"
     )
     return words + bars(counts, "times the expected count", level=1.0)
 
