@@ -136,8 +136,8 @@ class Bank:
 
     @property
     def counts_rows(self) -> bool:
-        """Is a row without a measurement more than the time that passes: to detectors, modes alive, or noise from
-        residuals?
+        """Does a row without a measurement do more than let time pass? It does for detectors, modes alive, and noise
+        from residuals.
         """
         d = self.declaration
         decides = d is not None and (d.proposal.kind != native.Propose.all or d.detection.window > 0)

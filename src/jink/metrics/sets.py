@@ -54,8 +54,8 @@ def gospa(truth: ArrayLike, estimate: ArrayLike, c: float, p: float = 2.0, alpha
     """Generalised optimal sub-pattern assignment metric, in the unit of the points.
 
     d = (min over assignments γ of Σ_{(i,j) ∈ γ} d(xᵢ, yⱼ)ᵖ + cᵖ/2 (|X| + |Y| − 2|γ|))^(1/p) for α = 2: errors of
-    localisation, missed targets and false ones, each of the last two at cᵖ/2. For another α the sets are paired as far as
-    they go with min(d, c), and what is left over costs cᵖ/α; then ``missed`` and ``false`` are counted the same way.
+    localisation, missed targets and false ones, each of the last two at cᵖ/2. For another α all points of the smaller
+    set are paired with min(d, c), and each point left over costs cᵖ/α; ``missed`` and ``false`` are counted alike.
     Errors: ValueError for c, p or α outside (0, ∞), [1, ∞), (0, 2].
     Source: Rahmathullah, García-Fernández & Svensson, "Generalized optimal sub-pattern assignment metric", Fusion 2017.
     """
@@ -88,8 +88,9 @@ def ospa(truth: ArrayLike, estimate: ArrayLike, c: float, p: float = 2.0) -> flo
 def ospa2(truth: Sequence[ArrayLike], estimate: Sequence[ArrayLike], c: float, p: float = 2.0, q: float = 1.0) -> float:
     """OSPA between two sets of tracks over a window, so that a change of identity costs.
 
-    Tracks are (scans, axes), NaN where they are not there. The distance of two tracks is the mean over the scans in
-    which either is there of d_k^q to 1/q, where d_k = min(d, c) with both there, and c with one. OSPA of those distances with cut-off c.
+    Tracks are (scans, axes), NaN where they are not there. The distance of two tracks is (mean of d_k^q)^(1/q) over the
+    scans in which either is there. There d_k = min(d, c) with both there, and c with one. The result is the OSPA of
+    those distances with cut-off c.
     Source: Beard, Vo & Vo, "OSPA(2): using the OSPA metric to evaluate multi-target tracking performance", ICCAIS 2017.
     """
     _check(c, p)
