@@ -42,6 +42,7 @@ class Decide {
             for (int e = psi.begin[i]; e < psi.begin[i + 1]; ++e) psi.value[e] = odds * std::exp(std::min(w.ratio.value[e], 600.0));
         }
         if (how == Association::pda) return apart();
+        if (how == Association::marginal) set_aside();
         clusters.take(psi);
         beliefs.prepare(psi, by);
         for (int k = 0; k < clusters.count(); ++k) {
@@ -50,20 +51,58 @@ class Decide {
             inexact = inexact || (how == Association::jpda);
             beliefs(psi, rows, n, found);
         }
-        if (how == Association::marginal && established < 1.0) own(w);
+        if (how == Association::marginal) {
+            follow();
+            if (established < 1.0) own(w);
+        }
     }
+
+    // Rows whose every weight is below this share plots with others without being felt by them; 0: all are felt.
+    double slight = 1e-3;
 
     const Edges &weights() const { return psi; }
     const Clusters &parts() const { return clusters; }
 
   private:
-    Edges psi, cost;
+    Edges psi, cost, whole;
+    std::vector<int> slights, edge_at;
     ByPlot by;
     Clusters clusters;
     BeliefPropagation beliefs;
     ExactMarginals exact;
     Assignment assignment;
     std::vector<int> row_of, edge_of;
+
+    // The slight rows leave the clusters, which become small, and take what the others leave: p_ij = psi_ij nu_j / (1 + sum psi nu).
+    void set_aside() {
+        whole = psi, edge_at.clear(), slights.clear();
+        psi.clear(whole.plots);
+        for (int i = 0; i < whole.rows(); ++i) {
+            const auto from = whole.value.begin() + whole.begin[i], to = whole.value.begin() + whole.begin[i + 1];
+            if (from != to && *std::max_element(from, to) < slight) {
+                slights.push_back(i);
+            } else {
+                for (int e = whole.begin[i]; e < whole.begin[i + 1]; ++e)
+                    psi.plot.push_back(whole.plot[e]), psi.value.push_back(whole.value[e]), edge_at.push_back(e);
+            }
+            psi.begin.push_back(psi.count());
+        }
+        by.take(psi);
+        found.clear(psi);
+    }
+
+    void follow() {
+        std::vector<double> hit(whole.count(), 0.0);
+        for (int e = 0; e < psi.count(); ++e) hit[edge_at[e]] = found.hit[e];
+        for (int i : slights) {
+            double sum = 1.0;
+            for (int e = whole.begin[i]; e < whole.begin[i + 1]; ++e) sum += whole.value[e] * found.lone[whole.plot[e]];
+            for (int e = whole.begin[i]; e < whole.begin[i + 1]; ++e) hit[e] = whole.value[e] * found.lone[whole.plot[e]] / sum;
+            found.miss[i] = 1.0 / sum;
+        }
+        found.hit.swap(hit);
+        std::swap(psi, whole);
+    }
 
     void apart() {
         for (int i = 0; i < psi.rows(); ++i) {

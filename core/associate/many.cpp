@@ -97,7 +97,7 @@ void Many::weigh(int sensor) {
 }
 
 // What a track takes in, and how probable it is then that it exists.
-void Many::share_out(int s, int sensor) {
+void Many::share_out(int s) {
     const Weighing &w = weighing;
     Life &one = pool.life[s];
     std::vector<Share> &take = shares[s];
@@ -110,7 +110,7 @@ void Many::share_out(int s, int sensor) {
         const double p = decide.found.hit[e];
         hit += p;
         if (p > likeliest) likeliest = p, best = e;
-        if (p > 1e-9) take.push_back({w.ratio.plot[e], p});
+        take.push_back({w.ratio.plot[e], p});
     }
     const double miss = decide.found.miss[s] * r * unseen / (1.0 - r + r * unseen);
     double after = hit + miss;
@@ -120,7 +120,7 @@ void Many::share_out(int s, int sensor) {
         after = gain / (gain + 1.0 - r);
     }
     for (Share &each : take) each.weight /= hit + miss;
-    (void)sensor;
+    std::erase_if(take, [](const Share &each) { return !(each.weight > 1e-10); });
     one.existence = after;
     one.plot = best < 0 ? -1 : w.ratio.plot[best];
     one.share = hit;
@@ -129,17 +129,24 @@ void Many::share_out(int s, int sensor) {
 // A track of one plot is one target per plot near it, not the mean of them: each becomes a track of its own.
 void Many::split(int sensor) {
     const Weighing &w = weighing;
-    const int before = int(w.ratio.begin.size()) - 1;
+    std::vector<int> single;  // found first, since twins take free slots
+    for (int s = 0; s < pool.slots(); ++s)
+        if (pool.live(s) && pool.life[s].plots == 1) single.push_back(s);
     const double least = rules.drop * sensors[sensor].birth();
     std::vector<std::pair<double, int>> branches;
-    for (int s = 0; s < before; ++s) {
-        if (!pool.live(s) || pool.life[s].plots != 1) continue;
+    std::vector<int> ended;
+    for (int s : single) {
         branches.clear();
         for (int e = w.ratio.begin[s]; e < w.ratio.begin[s + 1]; ++e)
             if (w.distance2[e] < rules.split_gate && decide.found.hit[e] > least) branches.push_back({-decide.found.hit[e], e});
-        if (branches.empty()) continue;
-        std::sort(branches.begin(), branches.end());
         const double r = w.existence[s], miss = decide.found.miss[s] * r * w.unseen[s] / (1.0 - r + r * w.unseen[s]);
+        // Nobody looked, or it probably is there all the same: it waits for its second plot.
+        const bool waits = miss >= rules.patience || w.unseen[s] == 1.0;
+        if (branches.empty()) {
+            if (!waits) ended.push_back(s);
+            continue;
+        }
+        std::sort(branches.begin(), branches.end());
         const auto becomes = [&](int slot, int e) {
             Life &one = pool.life[slot];
             one.existence = e < 0 ? miss : decide.found.hit[e];
@@ -147,7 +154,6 @@ void Many::split(int sensor) {
             shares[slot].clear();
             if (e >= 0) shares[slot].push_back({w.ratio.plot[e], 1.0});
         };
-        const bool waits = miss >= 0.1;
         const bool missed_first = waits && miss > decide.found.hit[branches[0].second];
         for (std::size_t k = missed_first ? 0 : 1; k < branches.size() + (waits && !missed_first); ++k) {
             if (pool.living() >= rules.most_tracks) break;
@@ -159,6 +165,8 @@ void Many::split(int sensor) {
         }
         becomes(s, missed_first ? -1 : branches[0].second);
     }
+    for (int s : ended) pool.give_back(s);
+    dropped = int(ended.size());
 }
 
 // Every plot that nobody claims may be a target's that was not seen before.
@@ -168,7 +176,7 @@ void Many::bear(double t, int sensor, ScanReport &report) {
     std::vector<std::pair<int, int>> born;  // slot, plot
     for (int j = 0; j < plots.count; ++j) {
         const double r = decide.found.lone[j] * birth;
-        if (!(r > least) || !(decide.found.lone[j] > 1e-4)) continue;
+        if (!(r > least) || !(decide.found.lone[j] > rules.unclaimed)) continue;
         if (pool.living() >= rules.most_tracks) {
             report.full = true;
             break;
@@ -176,7 +184,7 @@ void Many::bear(double t, int sensor, ScanReport &report) {
         const int slot = pool.take();
         Life &one = pool.life[slot];
         one.id = next_id++, one.code = plots.code[j];
-        one.existence = r, one.begun = one.seen = t;
+        one.existence = one.birth = r, one.begun = one.seen = t;
         one.plots = 1, one.plot = j, one.share = 1.0;
         born.push_back({slot, j});
     }
@@ -191,9 +199,23 @@ void Many::bear(double t, int sensor, ScanReport &report) {
     }
 }
 
+// Is a track where no sensor looks?
+bool Many::outside(int s) const {
+    const Mode<Pack> &mode = c->modes[0];
+    if (mode.shape.axes < 2) return false;
+    const TrackState<Pack> &state = pool.packs[s / lanes].state;
+    double x = 0.0, y = 0.0;
+    for (int j = 0; j < c->count; ++j) {
+        const Mode<Pack> &each = c->modes[j];
+        x += state.probability[j][s % lanes] * state.arena[each.place][s % lanes];
+        y += state.probability[j][s % lanes] * state.arena[each.place + each.shape.block][s % lanes];
+    }
+    return std::none_of(sensors.begin(), sensors.end(), [&](const SensorView &view) { return view.sees(x, y); });
+}
+
 // Confirm, and drop what no longer is there.
 void Many::judge(double t, int sensor, ScanReport &report) {
-    const double least = std::max(rules.drop * sensors[sensor].birth(), 1e-300);
+    const double least = 1e-15;
     const bool looked = sensors[sensor].scanning;
     for (int s = 0; s < pool.slots(); ++s) {
         if (!pool.live(s)) continue;
@@ -207,13 +229,14 @@ void Many::judge(double t, int sensor, ScanReport &report) {
                 if (one.plot >= 0 && plots.code[one.plot] >= 0) one.code = plots.code[one.plot];
             }
             const bool lost = one.existence < 0.5 && one.age > rules.young && int(candidates[s].size()) > rules.crowd;
-            if (one.existence < least || t - one.seen > rules.drop_after || lost) {
+            if (one.existence < std::max(least, rules.drop * one.birth) || t - one.seen > rules.drop_after || lost) {
                 pool.give_back(s);
                 ++report.dropped;
                 continue;
             }
         }
-        one.confirmed = one.existence > (one.confirmed ? rules.keep : rules.confirm);
+        one.outside = outside(s);
+        one.confirmed = !one.outside && one.existence > (one.confirmed ? rules.keep : rules.confirm);
         report.confirmed += one.confirmed;
         if (one.plot >= 0) one.plot = plots.row[one.plot];
     }
@@ -242,7 +265,7 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows) {
     pool.now = t;
     measure(rows, sensor, report);
     const double survival = std::exp(-dt / rules.life);
-    for (Life &one : pool.life) one.existence *= survival;
+    for (Life &one : pool.life) one.existence *= one.outside ? survival * std::exp(-dt / rules.leave) : survival;
     for (SensorView &view : sensors) view.undetected = survival * view.undetected + view.arrivals * dt;
     predict(t, sensor);
     for (char each : crowded) report.crowded = report.crowded || each;
@@ -251,12 +274,14 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows) {
     decide(rules.association, weighing);
     report.inexact = decide.inexact;
     for (int s = 0; s < pool.slots(); ++s)
-        if (pool.live(s)) share_out(s, sensor);
+        if (pool.live(s)) share_out(s);
         else shares[s].clear();
     const bool soft = rules.association != Association::gnn && rules.association != Association::nearest;
+    dropped = 0;
     if (rules.split && soft) split(sensor);
     for (std::size_t s = 0; s < shares.size(); ++s)
         if (!pool.live(int(s))) shares[s].clear();
+    report.dropped = dropped;
     over_packs([&](Scanner &scanner, int p) {
         const auto live = [](const Life &one) { return one.id >= 0; };
         const auto from = pool.life.begin() + p * lanes;
@@ -292,7 +317,7 @@ namespace {
 
 // The numbers of a track's life, in one order.
 template <class One, class F> void each_of_life(One &one, F f) {
-    f(one.id), f(one.code), f(one.existence), f(one.begun), f(one.seen), f(one.age), f(one.plots), f(one.confirmed), f(one.plot), f(one.share);
+    f(one.id), f(one.code), f(one.existence), f(one.birth), f(one.begun), f(one.seen), f(one.age), f(one.plots), f(one.confirmed), f(one.plot), f(one.share), f(one.outside);
 }
 
 }  // namespace

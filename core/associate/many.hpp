@@ -34,12 +34,15 @@ struct SensorView {
 struct ManyRules {
     Association association = Association::marginal;
     double gate = 16.0, split_gate = 6.0;      // squared distances
-    double confirm = 0.9, keep = 0.4;          // existence at which a track is confirmed, and below which no more
-    double drop = 1e-4;                        // existence relative to a birth's
+    double confirm = 0.8, keep = 0.4;          // existence at which a track is confirmed, and below which no more
+    double drop = 0.1;                         // existence relative to a birth's
     double life = 1e9;                         // mean seconds that a target stays
     double drop_after = 1e9;                   // seconds without a plot
+    double unclaimed = 0.02;                   // probability that a plot is no track's from which it begins one
+    double leave = 60.0;                       // mean seconds that a track is kept where no sensor looks
     double established = 0.5;                  // existence from which a track owns its plots
     bool split = true;
+    double patience = 0.1;                     // existence from which a track without a second plot in its second scan goes on
     int young = 2, crowd = 8;                  // scans and plots: older, with r < 0.5 and more plots in the gate, a track is dropped
     int most_plots = 64, most_tracks = 200000;
     int threads = 1;
@@ -83,14 +86,16 @@ class Many {
     std::vector<std::vector<Candidate>> candidates;  // of each slot
     std::vector<std::vector<Share>> shares;
     std::vector<char> crowded;
+    int dropped = 0;
 
     void measure(const PlotRows &rows, int sensor, ScanReport &report);
     void predict(double t, int sensor);
     void weigh(int sensor);
     void split(int sensor);
-    void share_out(int slot, int sensor);
+    void share_out(int slot);
     void bear(double t, int sensor, ScanReport &report);
     void learn(double dt, int sensor);
+    bool outside(int slot) const;
     void judge(double t, int sensor, ScanReport &report);
     template <class F> void over_packs(F work);
 };

@@ -24,7 +24,7 @@ struct Marginals {
 // Sums without one term are made of those before and after it: nothing is subtracted, so a dominant term does no harm.
 class BeliefPropagation {
   public:
-    double tolerance = 1e-4;  // largest relative change of a message in the last sweep
+    double tolerance = 1e-4;  // largest change of a message in the last sweep, relative to the message and to a thousandth
     int sweeps = 200;
 
     void prepare(const Edges &psi, const ByPlot &by) { mu.assign(psi.count(), 0.0), nu.assign(psi.count(), 1.0), index = &by; }
@@ -61,7 +61,7 @@ class BeliefPropagation {
         sum = 0.0;
         for (int e = to - 1; e >= from; --e) {
             const double message = psi.value[e] / (before[e - from] + sum);
-            change = std::max(change, std::abs(message - mu[e]) / (message + 1e-300));
+            change = std::max(change, std::abs(message - mu[e]) / (message + 1e-3));
             mu[e] = message;
             sum += psi.value[e] * nu[e];
         }

@@ -17,7 +17,7 @@ struct PlotRows {
     const double *z = nullptr;
     const double *noise = nullptr;       // variances, or covariances if full
     bool full_noise = false;
-    const double *unit = nullptr;        // volume of the measurement space per unit of area (or volume) at the plot
+    const double *unit = nullptr;        // density of plots in the measurement space over that in the plane, at each plot
     const std::int64_t *code = nullptr;  // identity, -1 where it says none
 };
 
@@ -39,13 +39,16 @@ class Plots {
             if (positions[j].position && std::isfinite(positions[j].p[0]) && std::isfinite(positions[j].p[1])) row.push_back(j);
         count = int(row.size());
         spread(positions);
-        const auto before = [&](int a, int b) {
-            const double *za = rows.z + std::int64_t(a) * rows.columns, *zb = rows.z + std::int64_t(b) * rows.columns;
-            const int ca = cell_of(positions[a].p), cb = cell_of(positions[b].p);
-            if (ca != cb) return ca < cb;
-            return std::lexicographical_compare(za, za + rows.columns, zb, zb + rows.columns);
+        keys.resize(count);
+        for (int k = 0; k < count; ++k) keys[k] = {cell_of(positions[row[k]].p), row[k]};
+        const auto before = [&](const std::pair<int, int> &a, const std::pair<int, int> &b) {
+            if (a.first != b.first) return a.first < b.first;
+            const double *za = rows.z + std::int64_t(a.second) * rows.columns, *zb = rows.z + std::int64_t(b.second) * rows.columns;
+            if (std::lexicographical_compare(za, za + rows.columns, zb, zb + rows.columns)) return true;
+            return !std::lexicographical_compare(zb, zb + rows.columns, za, za + rows.columns) && a.second < b.second;
         };
-        std::stable_sort(row.begin(), row.end(), before);
+        std::sort(keys.begin(), keys.end(), before);
+        for (int k = 0; k < count; ++k) row[k] = keys[k].second;
         copy(rows, positions);
         start.assign(std::size_t(across) * down + 1, 0);
         for (const auto &f : fix) ++start[cell_of(f.p) + 1];
@@ -68,6 +71,7 @@ class Plots {
     double corner[2] = {}, over = 1.0;
     int across = 1, down = 1;
     std::vector<int> start;
+    std::vector<std::pair<int, int>> keys;  // cell and row
 
     void spread(const std::vector<Fix<double>> &positions) {
         double low[2] = {0.0, 0.0}, high[2] = {0.0, 0.0};

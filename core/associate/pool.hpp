@@ -13,10 +13,12 @@ struct Life {
     std::int64_t id = -1;         // -1: the slot is free
     std::int64_t code = -1;       // identity that its plots have told, -1 for none
     double existence = 0.0;
+    double birth = 0.0;           // its existence when it began
     double begun = 0.0, seen = 0.0;  // times of the first and of the last plot
     int age = -1;                 // scans since birth; -1 until the scan of its birth is over
     int plots = 0;                // scans in which it had a plot
     bool confirmed = false;
+    bool outside = false;         // of every field of view
     int plot = -1;                // its most probable plot of the last scan, as a row of that scan, or -1
     double share = 0.0;           // probability that it had one of the plots
 };

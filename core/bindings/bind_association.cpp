@@ -57,14 +57,11 @@ std::vector<int> cluster(Integers begin, Integers plot, int plots) {
     return of;
 }
 
-template <class N> nb::object array_of(const std::vector<N> &values, const char *type, std::vector<std::size_t> shape = {}) {
-    nb::module_ numpy = nb::module_::import_("numpy");
-    nb::object bytes = nb::bytes(reinterpret_cast<const char *>(values.data()), values.size() * sizeof(N));
-    nb::object array = numpy.attr("frombuffer")(bytes, type);
-    if (shape.empty()) return array.attr("copy")();
-    nb::list sizes;
-    for (std::size_t n : shape) sizes.append(n);
-    return array.attr("reshape")(nb::tuple(sizes)).attr("copy")();
+// A NumPy array that owns these numbers.
+template <class N> nb::object array_of(std::vector<N> &&values, std::initializer_list<std::size_t> shape) {
+    auto *held = new std::vector<N>(std::move(values));
+    nb::capsule owner(held, [](void *p) noexcept { delete static_cast<std::vector<N> *>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, N>(held->data(), shape.size(), shape.begin(), owner));
 }
 
 nb::dict report_of(const ScanReport &r) {
@@ -104,13 +101,17 @@ nb::dict tracks(Many &many, double least, bool covariance) {
     std::sort(order.begin(), order.end());
     const std::size_t count = order.size();
     std::vector<std::int64_t> id(count), plot(count), age(count), used(count);
-    std::vector<double> existence(count), share(count), x(count * n), P(covariance ? count * n * n : 0), mu(count * m);
-    std::vector<unsigned char> confirmed(count);
+    std::vector<double> existence(count), x(count * n), P(covariance ? count * n * n : 0), mu(count * m);
+    std::vector<unsigned char> status(count);
+    std::vector<std::uint8_t> confirmed(count);
     for (std::size_t k = 0; k < count; ++k) {
         const Life &one = pool.life[order[k].second];
         place[order[k].second] = int(k);
         id[k] = one.id, plot[k] = one.plot, age[k] = one.age, used[k] = one.plots;
-        existence[k] = one.existence, share[k] = one.share, confirmed[k] = one.confirmed;
+        existence[k] = one.existence, confirmed[k] = one.confirmed;
+        // What more probably had no plot is predicted.
+        if (!(one.share > 0.5)) plot[k] = -1;
+        status[k] = static_cast<unsigned char>(one.age == 0 ? Status::initialised : one.share > 0.5 ? Status::updated : Status::predicted);
     }
     Combine<Pack> combine(*many.c);
     Pack mean[largest_state], spread[packed_size(largest_state)];
@@ -129,11 +130,13 @@ nb::dict tracks(Many &many, double least, bool covariance) {
     }
     nb::dict out;
     const std::size_t N = n, M = m;
-    out["id"] = array_of(id, "int64"), out["plot"] = array_of(plot, "int64"), out["age"] = array_of(age, "int64");
-    out["plots"] = array_of(used, "int64"), out["existence"] = array_of(existence, "float64"), out["share"] = array_of(share, "float64");
-    out["confirmed"] = array_of(confirmed, "bool"), out["x"] = array_of(x, "float64", {count, N});
-    if (covariance) out["P"] = array_of(P, "float64", {count, N, N});
-    out["mode_probability"] = array_of(mu, "float64", {count, M});
+    out["id"] = array_of(std::move(id), {count}), out["plot"] = array_of(std::move(plot), {count});
+    out["age"] = array_of(std::move(age), {count}), out["plots"] = array_of(std::move(used), {count});
+    out["existence"] = array_of(std::move(existence), {count}), out["status"] = array_of(std::move(status), {count});
+    out["confirmed"] = array_of(std::move(confirmed), {count}).attr("view")("bool");
+    out["x"] = array_of(std::move(x), {count, N});
+    if (covariance) out["P"] = array_of(std::move(P), {count, N, N});
+    out["mode_probability"] = array_of(std::move(mu), {count, M});
     return out;
 }
 
@@ -181,6 +184,9 @@ void bind_rules(nb::module_ &module) {
         .def_rw("drop_after", &ManyRules::drop_after)
         .def_rw("established", &ManyRules::established)
         .def_rw("split", &ManyRules::split)
+        .def_rw("unclaimed", &ManyRules::unclaimed)
+        .def_rw("leave", &ManyRules::leave)
+        .def_rw("patience", &ManyRules::patience)
         .def_rw("young", &ManyRules::young)
         .def_rw("crowd", &ManyRules::crowd)
         .def_rw("most_plots", &ManyRules::most_plots)
@@ -202,7 +208,7 @@ void bind_association(nb::module_ &module, nb::class_<Engine> &engine) {
         .def("add", [](Many &many, double time, Const x, Const P, double existence) { return many.add(time, x.data(), P.data(), existence); })
         .def("view", [](Many &many, int sensor) { return many.sensors.at(sensor); })
         .def("set_view", [](Many &many, int sensor, const SensorView &view) { many.sensors.at(sensor) = view; })
-        .def("lone", [](const Many &many) { return array_of(many.lone, "float64"); })
+        .def("lone", [](const Many &many) { return array_of(std::vector<double>(many.lone), {many.lone.size()}); })
         .def_ro("time", &Many::time)
         .def("living", [](const Many &many) { return many.pool.living(); })
         .def("save", save_state)

@@ -4,6 +4,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .association import Tracker
     from .catalogue.choose import choose_filter, default_filter
     from .catalogue.registry import FILTERS
     from .catalogue.targets import KINDS
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
         TwoStageAcceleration,
     )
     from .filters.aided import Aided
+    from .filters.axis_by_axis import AxisByAxis
     from .filters.current_statistical import CurrentStatistical, FuzzyLimits
     from .filters.fuzzy_imm import FuzzyNoise
     from .filters.imm import IMM
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from .models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
     from .models.outliers import Outliers
     from .models.provenance import VERSION as __version__
+    from .models.radar import Radar
     from .models.sensor import Bearing, Polar, Position, PositionVelocity
     from .models.start import OnePoint, Prior, TwoPoint
     from .models.switching import Sojourn
@@ -47,6 +50,7 @@ __all__ = [
     "AdaptiveIMM",
     "Aided",
     "AugmentedAcceleration",
+    "AxisByAxis",
     "Bearing",
     "ConstantAcceleration",
     "ConstantVelocity",
@@ -68,10 +72,12 @@ __all__ = [
     "Position",
     "PositionVelocity",
     "Prior",
+    "Radar",
     "Singer",
     "Sojourn",
     "StaticMM",
     "Status",
+    "Tracker",
     "TwoPoint",
     "TwoStageAcceleration",
     "VariableDimension",
@@ -90,6 +96,7 @@ _HOME = {
     "AdaptiveIMM": "filters.adaptive_imm",
     "Aided": "filters.aided",
     "AugmentedAcceleration": "filters.adaptive_imm",
+    "AxisByAxis": "filters.axis_by_axis",
     "Bearing": "models.sensor",
     "ConstantAcceleration": "models.motion",
     "ConstantVelocity": "models.motion",
@@ -116,11 +123,13 @@ _HOME = {
     "Position": "models.sensor",
     "PositionVelocity": "models.sensor",
     "Prior": "models.start",
+    "Radar": "models.radar",
     "STATUS": "estimate",
     "Singer": "models.motion",
     "Sojourn": "models.switching",
     "StaticMM": "filters.pseudo_bayesian",
     "Status": "estimate",
+    "Tracker": "association",
     "TwoPoint": "models.start",
     "TwoStageAcceleration": "filters.adaptive_imm",
     "VariableDimension": "filters.variable_dimension",

@@ -13,6 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from jink.cli.main import app
+from jink.io.files import open_table
 
 FLIGHTS = Path(__file__).parents[2] / "examples" / "flights.parquet"
 TEXT_ENVIRONMENT = os.environ | {"COLUMNS": "200", "NO_COLOR": "1"}
@@ -193,7 +194,7 @@ def test_random_damage_never_ends_in_a_traceback_or_half_an_output(flight, tmp_p
     ("arguments", "message"),
     [
         (["no.csv", "-o", "t.csv"], "no such file: no.csv"),
-        (["F"], "nothing to write"),
+        (["F", "-q"], "nothing to write"),
         (["F", "-o", "t.xlsx"], "unknown extension"),
         (["F", "-o", "missing/t.csv"], "there is no directory"),
         (["F", "-o", "F"], "is an input"),
@@ -329,3 +330,29 @@ def test_level_flight_is_tracked(tmp_path):
     table.write_text("id,time,latitude,longitude,altitude\n" + "\n".join(rows) + "\n")
     done = piped("track", str(table), "-o", str(tmp_path / "level.parquet"), "--quiet", stdin=b"")
     assert done.returncode == 0, done.stderr
+
+
+def test_without_an_output_the_summary_and_the_first_tracks_are_shown(flight, tmp_path):
+    status, said, _ = run(flight)
+    assert status == 0 and "Targets" in said and "median speed" in said and "4d02c1" in said
+    assert [path.name for path in tmp_path.iterdir()] == ["flight.csv"]
+
+
+def test_tracks_on_standard_output_are_lines_of_json(flight, tmp_path):
+    done = piped("track", str(flight), "-o", "-", stdin=b"")
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert done.returncode == 0 and len(rows) == 500 and rows[0]["target"] == "4d02c1"
+    assert b"1 rows are in no track: 1 latitude beyond" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["flight.csv"]
+
+
+@pytest.mark.parametrize("name", ["t.gpx", "t.kml", "t.kml.gz"])
+def test_tracks_for_maps_are_read_back_as_the_same_places(flight, tmp_path, name):
+    assert run(flight, "-o", tmp_path / name, "-q")[0] == 0
+    assert run(flight, "-o", tmp_path / "t.parquet", "-q")[0] == 0
+    wanted, found = pl.read_parquet(tmp_path / "t.parquet"), open_table(tmp_path / name)
+    frame = found.read(["latitude", "longitude", "time"])[0].cast({"latitude": pl.Float64, "longitude": pl.Float64})
+    # seven decimals are a centimetre
+    np.testing.assert_allclose(frame["latitude"], wanted["latitude"], atol=6e-8, rtol=0)
+    np.testing.assert_allclose(frame["longitude"], wanted["longitude"], atol=6e-8, rtol=0)
+    assert frame["time"].str.to_datetime(time_zone="UTC", time_unit="us").equals(wanted["time"])

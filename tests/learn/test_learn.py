@@ -133,6 +133,54 @@ def test_the_file_s_race_is_the_error_against_its_truth(recorded):
     assert learned.race.figure("raw", "position_rmse").value == pytest.approx(by_hand, rel=1e-3)
 
 
+PUBLISHED = ["--inputs", "titi-guney", "--functions", 4, "--membership", "triangular"]
+PUBLISHED += ["--method", "backpropagation", "--epochs", 10]
+
+
+def test_an_anfis_is_trained_as_published_from_the_command_line(tmp_path):
+    """Titi & Güney: two inputs, four triangular functions each, ten epochs of backpropagation, the position alone."""
+    base, out = tmp_path / "slow.json", tmp_path / "aid.json"
+    sensor = jink.Position(sd=50.0, axes=3)
+    jink.Kalman(jink.ConstantAcceleration(jerk_psd=0.05, acceleration_prior_sd=10.0), sensor).save(base)
+    done = command("anfis-kf", "benchmark-1", *PUBLISHED, "--base", base, "--runs", 8, "--check-runs", 20, "-o", out)
+    assert done.exit_code == 0, done.output
+    corrector = jink.load(out).corrector
+    assert corrector.inputs == "titi-guney" and corrector.corrects == ("position",)
+    assert corrector.model.shape == "triangular" and [len(m) for m in corrector.model.memberships] == [4, 4]
+    assert "10 epochs of backpropagation" in corrector.trained.method
+    assert "against unaided: position better" in " ".join(done.output.split())
+
+
+def test_a_base_of_one_axis_is_aided_on_data_of_two(recorded):
+    motion = jink.ConstantAcceleration(jerk_psd=1e-3, acceleration_prior_sd=10.0)
+    alone = jink.Kalman(motion, jink.Position(sd=50.0, axes=1))
+    learned = learn("nn-kf", "random-turns", runs=16, check_runs=20, base=alone, epochs=10)
+    assert learned.filter.axes == 1 and learned.race.compare(LEARNED, BASE).verdict == "better"
+
+
+@pytest.mark.parametrize("labels", [True, "argmin"])
+def test_labels_suit_the_sensor_and_the_targets(labels):
+    """With levels of 1 to 196 m²/s⁴ the network was worse than the measurements, whose sd is 500 m here."""
+    learned = learn("nnvsmm", "random-turns", kind="fighter", runs=60, check_runs=60, labels=labels, epochs=60)
+    assert learned.race.compare(LEARNED, "raw").verdict == "better"
+
+
+def test_the_range_of_labels_follows_the_acceleration():
+    common = {"runs": 8, "check_runs": 4, "labels": True, "epochs": 2}
+    for acceleration in (10.0, 80.0):
+        network = learn("nnvsmm", "random-turns", acceleration=acceleration, **common).filter.motions[0].network
+        assert network.least == pytest.approx((1e-3 * acceleration) ** 2)
+        assert network.most == pytest.approx((3 * acceleration) ** 2)
+
+
+def test_published_labels_have_the_paper_s_levels_in_units_of_the_sensor():
+    """1 to 196 where sd²/T⁴ is one: times 50² for a sensor of 50 m once a second."""
+    learned = learn("nnvsmm", "random-turns", runs=8, check_runs=4, labels="argmin", epochs=2)
+    network = learned.filter.motions[0].network
+    assert (network.least, network.most) == (1.0 * 50**2, 196.0 * 50**2)
+    assert network.inputs == "likelihood" and network.output == "variance"
+
+
 class Stop(KeyboardInterrupt):
     pass
 
@@ -224,6 +272,13 @@ BAD = {
     "noise of all modes": (["fuzzy-imm", "lee-2003", "--process-sd", "1", "--optimizer", "together"], "--process-sd"),
     "inputs of a network": (["nn-kf", "lee-2003", "--own-inputs"], "--own-inputs"),
     "inputs of all modes": (["fuzzy-imm", "lee-2003", "--own-inputs", "--optimizer", "together"], "--own-inputs"),
+    "no such inputs": (["anfis-kf", "lee-2003", "--inputs", "1,10"], "titi-guney, innovations"),
+    "no such form": (["anfis-kf", "lee-2003", "--membership", "square"], "triangular, gaussian, bell"),
+    "no such method": (["anfis-kf", "lee-2003", "--method", "annealing"], "hybrid, backpropagation"),
+    "too many rules": (["anfis-kf", "lee-2003", "--functions", "4"], "at most 256 rules"),
+    "no function": (["anfis-kf", "lee-2003", "--functions", "0"], "functions is 0"),
+    "functions of a network": (["nn-kf", "lee-2003", "--functions", "3"], "--functions"),
+    "labels of modes": (["nnvsmm-modes", "random-turns", "--argmin-labels"], "--argmin-labels"),
     "no runs": (["fuzzy-imm", "lee-2003", "--runs", "0"], "--runs"),
 }
 

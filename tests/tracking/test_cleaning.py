@@ -2,9 +2,12 @@
 
 import numpy as np
 import polars as pl
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from straight import Journey
 
+import jink
 from jink.io.rejected import together
 from jink.tracking.cleaning import Cleaned, Cleaning, clean
 
@@ -124,3 +127,24 @@ def test_no_row_is_lost_or_doubled_whatever_is_switched(rows, gap, least, sort, 
     assert first["first"].all() and (first["points"] >= least).all()
     for _, parts in kept.group_by("target"):
         assert parts["part"].unique().sort().to_list() == list(range(parts["part"].n_unique()))
+
+
+@pytest.mark.parametrize(("kind", "speed"), [("person", 1.4), ("vehicle", 20.0), ("vessel", 7.0), ("drone", 15.0)])
+@pytest.mark.parametrize("smooth", [False, True])
+def test_a_first_position_that_the_next_contradict_is_given_up(kind, speed, smooth):
+    journey = Journey(count=30, speed=speed)
+    north, east = np.array(journey.places).T
+    north[0] += 0.025
+    table = pl.DataFrame({"id": "a", "time": journey.times, "latitude": north, "longitude": east})
+    tracks, rejected, summary = jink.track(table, kind=kind, smooth=smooth, details=True)
+    assert rejected["row"].to_list() == [0] and "contradict" in rejected["reason"][0]
+    assert tracks["speed"].max() == pytest.approx(speed, rel=0.02) and summary["cleaning"]["wrong_starts"] == 1
+    assert jink.track(table, kind=kind, check_coordinates=False).height == 30
+
+
+def test_whole_second_stamps_do_not_make_a_first_position_wrong():
+    # 1.9 and then .1 s of way in the first two steps of one second
+    time = np.arange(30.0)
+    way = 250.0 * (time + np.r_[0.0, 0.9, np.zeros(28)])
+    tracks = jink.track(pl.DataFrame({"id": "a", "time": time, "x": way, "y": 0.0 * way}), kind="aircraft")
+    assert tracks.height == 30

@@ -157,6 +157,48 @@ def test_gps_weeks_and_seconds_become_utc(tmp_path):
     assert any("GPS weeks" in note for note in summary["notes"])
 
 
+def test_a_logger_with_weeks_and_its_own_clock_is_read_by_the_weeks(tmp_path):
+    lines = [
+        f"{112_000_000 + s * 1e6:.0f},{(86400 + 52200 + 18 + s) * 1000:.0f},2297,{p[0]:.6f},{p[1]:.6f}"
+        for s, p in zip(CAR.seconds, CAR.places, strict=True)
+    ]
+    CAR.agrees(track(tmp_path / "x.csv", ["TimeUS,GMS,GWk,Lat,Lng", *lines])[0])
+
+
+@pytest.mark.parametrize("text", ["{h}", "{h}.50"])
+def test_times_of_day_in_digits(tmp_path, text):
+    lines = [f"{text.format(h=t.strftime('%H%M%S'))},{p[0]:.6f},{p[1]:.6f}" for _, (t, p) in _pairs(CAR)]
+    tracks, _, summary = track(tmp_path / "x.csv", ["time,latitude,longitude", *lines])
+    CAR.agrees(tracks, start=False)
+    assert any("HHMMSS" in note for note in summary["notes"])
+
+
+def test_a_date_and_seconds_of_the_day(tmp_path):
+    lines = [f"2024-01-15,{52_200 + s},{p[0]:.6f},{p[1]:.6f}" for s, p in zip(CAR.seconds, CAR.places, strict=True)]
+    CAR.agrees(track(tmp_path / "x.csv", ["date,time,latitude,longitude", *lines])[0])
+
+
+@pytest.mark.parametrize("head", ["year,month,day,hour,minute,second", "YYYY,MM,DD,hh,min,sec"])
+def test_year_month_day_and_the_rest_in_columns_of_their_own(tmp_path, head):
+    head += ",latitude,longitude"
+    lines = CAR.lines("{t},{lat:.6f},{lon:.6f}", "%Y,%m,%d,%H,%M,%S.0")
+    tracks, _, summary = track(tmp_path / "x.csv", [head, *lines])
+    CAR.agrees(tracks)
+    assert any("put together from the columns" in note for note in summary["notes"])
+
+
+def test_seconds_and_nanoseconds_in_two_columns(tmp_path):
+    fast = Journey(step=0.25, count=80)
+    lines = [f"{int(t.timestamp())},{t.microsecond * 1000},{p[0]:.8f},{p[1]:.8f}" for _, (t, p) in _pairs(fast)]
+    head = "header.stamp.secs,header.stamp.nsecs,latitude,longitude"
+    fast.agrees(track(tmp_path / "x.csv", [head, *lines])[0])
+
+
+def test_epochs_with_a_decimal_comma(tmp_path):
+    lines = [f"{t.timestamp():.1f};{p[0]:.6f};{p[1]:.6f}".replace(".", ",") for _, (t, p) in _pairs(CAR)]
+    CAR.agrees(track(tmp_path / "x.csv", ["time;latitude;longitude", *lines])[0])
+
+
 def test_the_second_of_the_minute_gives_way_to_another_column_or_is_refused(tmp_path):
     rows = [
         {"mmsi": 7, "timestamp": t.second, "lat": p[0], "lon": p[1], "rxtime": t.timestamp()}

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import threading
+import zipfile
 from functools import reduce
 from pathlib import Path
 
@@ -146,7 +149,47 @@ def fr24() -> str:
     return "\n".join(["Timestamp,UTC,Callsign,Position,Altitude,Speed,Direction", *PLANE.lines(text)])
 
 
+def tcx() -> str:
+    point = "<Trackpoint><Time>{t}</Time><Position><LatitudeDegrees>{lat:.6f}</LatitudeDegrees>"
+    point += (
+        "<LongitudeDegrees>{lon:.6f}</LongitudeDegrees></Position><AltitudeMeters>100.0</AltitudeMeters></Trackpoint>"
+    )
+    return "\n".join(["<TrainingCenterDatabase><Track>", *CAR.lines(point), "</Track></TrainingCenterDatabase>"])
+
+
+def nested() -> str:
+    shots = [
+        {
+            "MessageType": "PositionReport",
+            "MetaData": {
+                "MMSI": 219,
+                "latitude": p[0],
+                "longitude": p[1],
+                "time_utc": f"{t:%Y-%m-%d %H:%M:%S}.0 +0000 UTC",
+            },
+            "Message": {"PositionReport": {"Sog": 38.9, "Timestamp": t.second, "Latitude": p[0], "Longitude": p[1]}},
+        }
+        for t, p in zip(CAR.times, CAR.places, strict=True)
+    ]
+    return "\n".join(map(json.dumps, shots))
+
+
+def locations() -> str:
+    rows = [
+        {
+            "latitudeE7": round(p[0] * 1e7),
+            "longitudeE7": round(p[1] * 1e7),
+            "timestampMs": str(int(t.timestamp() * 1000)),
+        }
+        for t, p in zip(CAR.times, CAR.places, strict=True)
+    ]
+    return json.dumps({"locations": rows})
+
+
 FILES = {
+    "TCX": (tcx, CAR, 100.0),
+    "nested JSON": (nested, CAR, None),
+    "one list in an object": (locations, CAR, None),
     "GPX": (gpx, CAR, 100.0),
     "KML, a track": (kml_track, CAR, 100.0),
     "KML, points": (kml_points, CAR, 100.0),
@@ -164,6 +207,9 @@ FILES = {
 }
 
 
+TABLES = ("Flightradar24", "nested JSON", "one list in an object")
+
+
 @pytest.mark.parametrize(("write", "journey", "height"), FILES.values(), ids=FILES)
 def test_the_same_journey_is_found_in_every_format(tmp_path, write, journey, height):
     path = tmp_path / "given.dat"
@@ -176,14 +222,14 @@ def test_the_same_journey_is_found_in_every_format(tmp_path, write, journey, hei
     else:
         # heights of vehicles on level ground are tracked to rounding
         assert tracks["altitude"].median() == pytest.approx(height, abs=0.1)
-    assert any(note.startswith(("read as", "the columns are those of")) for note in summary["notes"])
+    assert any(note.startswith(("read as", "the columns are those of", "nested JSON")) for note in summary["notes"])
 
 
 def test_a_format_is_told_by_its_content_alone(tmp_path):
     for name, (write, _, _) in FILES.items():
         head = write().encode()
         fitting = [known.title for known in FORMATS if known.recognises(head)]
-        assert len(fitting) == (0 if name == "Flightradar24" else 1), (name, fitting)
+        assert len(fitting) == (0 if name in TABLES else 1), (name, fitting)
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -271,3 +317,56 @@ def test_what_stands_around_a_csv_table_is_no_row(tmp_path, lines, note):
 def test_lines_that_end_as_on_old_computers(tmp_path):
     (tmp_path / "x.csv").write_bytes("\r".join(["time,latitude,longitude", *TABLE]).encode())
     CAR.agrees(jink.track(Path(tmp_path / "x.csv"), kind="vehicle", details=True)[0])
+
+
+def test_an_archive_of_one_file_is_read_and_one_of_several_is_refused(tmp_path):
+    for name, content in (("doc.kml", kml_track()), ("x.csv", "\n".join(["time,latitude,longitude", *TABLE]))):
+        with zipfile.ZipFile(tmp_path / "given.zip", "w") as archive:
+            archive.writestr(name, content)
+        CAR.agrees(jink.track(tmp_path / "given.zip", kind="vehicle", details=True)[0])
+    with zipfile.ZipFile(tmp_path / "given.zip", "a") as archive:
+        archive.writestr("y.csv", "time,latitude,longitude")
+    with pytest.raises(InputError, match="ZIP archive"):
+        jink.track(tmp_path / "given.zip")
+
+
+def test_a_pipe_is_read_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    content = "\n".join(["time,latitude,longitude", *TABLE])
+    writer = threading.Thread(target=lambda: (tmp_path / "pipe").write_text(content))
+    writer.start()
+    CAR.agrees(jink.track(tmp_path / "pipe", kind="vehicle", details=True)[0])
+    writer.join()
+
+
+def test_ais_sentences_are_read_by_their_receivers_time(tmp_path):
+    pytest.importorskip("pyais")
+    from pyais import encode_dict
+
+    lines = []
+    for t, (lat, lon) in zip(CAR.times, CAR.places, strict=True):
+        message = {"type": 1, "mmsi": 219000000, "lat": lat, "lon": lon, "speed": 38.9, "second": t.second}
+        lines += [f"\\s:x,c:{t.timestamp():.0f}*00\\{sentence}" for sentence in encode_dict(message, radio_channel="A")]
+    (tmp_path / "x.nmea").write_text("\n".join(lines))
+    tracks, rejected, _ = jink.track(tmp_path / "x.nmea", kind="vehicle", details=True)
+    CAR.agrees(tracks)
+    assert not rejected.height and tracks["target"][0] == "219000000"
+    (tmp_path / "y.nmea").write_text("\n".join(line.rpartition("\\")[2] for line in lines))
+    with pytest.raises(InputError, match="without a time"):
+        jink.track(tmp_path / "y.nmea")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"%PDF-1.4 ...", "PDF"),
+        (b"\x89PNG....", "image"),
+        (b"\x1a3abcdef", "Beast"),
+        (b"\x0e\x10....\x00\x00.FIT", "FIT"),
+        (b"<html><body>no</body></html>", "XML or HTML of an unknown kind"),
+    ],
+)
+def test_content_that_is_no_track_is_named(tmp_path, content, message):
+    (tmp_path / "given.dat").write_bytes(content)
+    with pytest.raises(InputError, match=message):
+        jink.track(tmp_path / "given.dat")

@@ -69,6 +69,9 @@ def test_the_step_of_quantisation_is_a_floor():
     group = np.zeros(1000, int)
     new = time == 0
     assert np.isnan(component_sd(time[:10], level[:10], new[:10], group[:10], 1)[0])
+    flat = np.full(1000, 10668.0) + 1e-12 * (time % 3)
+    assert np.isnan(component_sd(time, flat, new, group, 1)[0])
+    assert component_sd(time, level, new, group, 1)[0] == pytest.approx(7.62 / np.sqrt(12))
     stairs = np.round((time * 3.1) / 7.62) * 7.62
     assert component_sd(time, stairs, new, group, 1)[0] >= 7.62 / np.sqrt(12)
 

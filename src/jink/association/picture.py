@@ -17,7 +17,7 @@ class Picture:
     """The tracks of one scan, by id.
 
     ids (n,): the same for as long as a track lives. existence (n,): probability that there is a target. confirmed (n,):
-    whether it once was above 0.9 and has not fallen below 0.4 since. age (n,): scans since the first plot. plot (n,):
+    whether it once was above 0.8 and has not fallen below 0.4 since. age (n,): scans since the first plot. plot (n,):
     the row of the scan's plots that most probably is the track's, −1 where it more probably has none. estimate: x, P,
     mode_probability and status of each track. lone (m,): of each plot, the probability that it is no track's.
     report: counts of this scan, and what was bounded ("crowded", "full", "inexact").

@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike
 
 from .._engine import native
 from ..checks import Array, covariance, numbers, positive, probability, thread_count
-from ..estimate import Estimate, Status
+from ..estimate import Estimate
 from ..filters.rows import row_noise
 from ..models.radar import Radar
 from ..times import seconds
+from .batch import run_table
 from .picture import Picture
 from .rules import association_called, check_filter, named_radars
 
@@ -22,11 +23,12 @@ SPEED_SD = 150.0  # m/s, of a target's velocity before anything is known of it
 class Tracker:
     """Tracks every target of a sky with ``filter``, from plots that do not say whose they are.
 
-    sensors: a :class:`jink.Radar`, several, or several by name. new_per_hour: targets that come into view; None:
-    estimated. targets: about how many are there at the start; None: estimated. drop_after: seconds without a plot after
-    which a track ends; None: existence alone decides. stay: mean seconds that a target stays in view. speed_sd (m/s): of
-    a target's velocity before its second plot. association: marginal, gnn, nearest, pda or jpda. report: tracks that are
-    not confirmed are in the picture from this existence on. threads: 1, or None for all cores.
+    sensors: a :class:`jink.Radar`, several, or several by name. new_per_hour: targets that come into view, and
+    targets: how many are there at the start, both about; None: ten times the first scan's plots an hour, and a tenth of
+    them. drop_after: seconds without a plot after which a track ends; None: existence alone decides. stay: mean seconds
+    that a target stays in view. speed_sd (m/s): of a velocity before the second plot. association: marginal, gnn,
+    nearest, pda or jpda. report: from this existence on, tracks that are not confirmed are in the picture too.
+    threads: 1, or None for all cores.
     Method: docs/many-targets.md. Errors: ValueError or TypeError naming the argument.
     """
 
@@ -94,6 +96,7 @@ class Tracker:
             view.within(x0, x1, y0, y1)
             view.around(x, y, reach)
             view.detection, view.scanning = radar.detection, radar.scanning
+            view.learning = radar.learn_clutter
             views.append(view)
         self._many = self._engine.association(self.rules, views)
         self._known = [False] * len(views)
@@ -174,17 +177,26 @@ class Tracker:
         self._many.set_view(which, view)
 
     def _unit(self, which: int, z: Array) -> Array | None:
-        """Volume of the measurements per area: a density over the plane, seen in range and azimuth, grows with range."""
-        native_sensor = self._sensors[which]
-        if native_sensor.kind != native.SensorKind.polar or native_sensor.converted:
-            return None
-        return np.ascontiguousarray(1.0 / np.maximum(z[:, 0], 1.0))
+        """Density of plots in the space of the measurements over their density in the plane, of each plot."""
+        model, radar = self._models[which], list(self.radars.values())[which]
+        if getattr(model, "method", "") == "converted":
+            return None if model.axes == 2 else np.full(len(z), 1.0 / radar.height)
+        factors = {
+            "azimuth": z[:, 0],
+            "elevation": z[:, 0] / radar.height,
+            "height": 1.0 / radar.height,
+            "z": 1.0 / radar.height,
+            **dict.fromkeys(("range_rate", "vx", "vy", "vz"), 0.5 / radar.fastest),
+        }
+        unit = np.ones(len(z))
+        for column, name in enumerate(model.components):
+            if name in factors:
+                unit *= np.where(np.isnan(z[:, column]), 1.0, factors[name])
+        return None if (unit == 1.0).all() else np.maximum(unit, 1e-300)
 
     def _picture(self, time: float, report: dict[str, Any]) -> Picture:
         found = self._many.tracks(self.report, True)
-        measured = found["share"] > 0.5
-        status = np.where(found["age"] == 0, Status.initialised, np.where(measured, Status.updated, Status.predicted))
-        results = {name: found[name] for name in ("x", "P", "mode_probability")} | {"status": status.astype(np.uint8)}
+        results = {name: found[name] for name in ("x", "P", "mode_probability", "status")}
         f = self.filter
         return Picture(
             time=time,
@@ -192,11 +204,19 @@ class Tracker:
             existence=found["existence"],
             confirmed=found["confirmed"],
             age=found["age"],
-            plot=np.where(measured, found["plot"], -1),
+            plot=found["plot"],
             estimate=Estimate(f.components, f.modes, results, f.non_manoeuvring),
             lone=self._many.lone(),
             report=report,
         )
+
+    def run(self, data: Any) -> Any:
+        """Every scan of a DataFrame with `time` and the sensor's components: see :func:`run_table` in ``batch.py``."""
+        return run_table(self, data)
+
+    def components_of(self, sensor: str | None = None) -> tuple[str, ...]:
+        """Names of the columns of a sensor's plots."""
+        return tuple(self._models[self._index(sensor)].components)
 
     @property
     def clutter_per_scan(self) -> dict[str, float]:

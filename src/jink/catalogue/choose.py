@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..checks import unknown
+from ..filters.axis_by_axis import of_one_axis, on_axes
 from ..filters.imm import IMM
 from ..filters.loading import load
 from ..io.errors import InputError
@@ -56,8 +57,12 @@ def purpose_of(components: Sequence[str], sd: Mapping[str, float], kind: str, ga
 
 
 def chosen(filter: Any, purpose: Purpose, components: Sequence[str]) -> Any:
-    """The user's filter if it takes these components, or one made for the purpose. Errors: InputError."""
+    """The user's filter if it takes these components, or one made for the purpose. Errors: InputError.
+
+    One of one axis runs along each axis of positions by itself.
+    """
     if filter is not None and not isinstance(filter, str):
+        filter = on_axes(filter, purpose.sensor)
         _check(filter, components)
         return filter
     name = DEFAULT if filter is None else filter
@@ -94,8 +99,8 @@ def load_filter(given: str | None) -> Any:
 
 
 def axes_of(chosen: Any) -> int | None:
-    """Number of axes of a filter, None where none was given."""
-    return getattr(chosen, "axes", None)
+    """Number of axes of a filter; None where none was given, or for one of one axis, which takes any number."""
+    return None if of_one_axis(chosen) else getattr(chosen, "axes", None)
 
 
 def sensor_of(components: Sequence[str], sd: Mapping[str, float]) -> Position | Polar:

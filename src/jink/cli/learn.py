@@ -123,7 +123,11 @@ class LearnRequest:
     ] = None
     inputs: Annotated[
         str | None,
-        typer.Option(metavar="M/S²,…", help="Accelerations of the modes. Default: 1, 10 and 100 % of the kind's."),
+        typer.Option(
+            metavar="M/S²,…|NAME",
+            help="Accelerations of the modes. Default: 1, 10 and 100 % of the kind's. Of an aid what it looks at: "
+            "innovations (default) or titi-guney.",
+        ),
     ] = None
     process_sd: Annotated[
         float | None,
@@ -151,6 +155,30 @@ class LearnRequest:
             autocompletion=completed_from("filters"),
         ),
     ] = None
+    functions: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            rich_help_panel=NETWORKS,
+            help="Membership functions of each input of anfis-kf. Default: 2; of titi-guney's inputs 4.",
+        ),
+    ] = None
+    membership: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            rich_help_panel=NETWORKS,
+            help="Their form: gaussian (default), triangular (default for titi-guney's inputs) or bell.",
+        ),
+    ] = None
+    method: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            rich_help_panel=NETWORKS,
+            help="How anfis-kf is trained: hybrid (default) or backpropagation, as published.",
+        ),
+    ] = None
     epochs: Annotated[
         int | None,
         typer.Option(
@@ -163,6 +191,15 @@ class LearnRequest:
             "--labels",
             rich_help_panel=NETWORKS,
             help="Learn which mode was the best one, instead of reducing the tracking error itself.",
+            **FLAG,
+        ),
+    ] = False
+    argmin_labels: Annotated[
+        bool,
+        typer.Option(
+            "--argmin-labels",
+            rich_help_panel=NETWORKS,
+            help="The same for nnvsmm with the published labels: at each scan the filter of least error.",
             **FLAG,
         ),
     ] = False
@@ -269,9 +306,29 @@ def _recipe(request: LearnRequest) -> dict[str, Any]:
         raise InputError(f"--weight is {request.weight:g}; expected 0 to 1")
     same = ("acceleration", "process_sd", "optimiser", "generations", "population", "rules", "weight", "epochs")
     given = {name: getattr(request, name) for name in same}
-    given |= {"inputs": _numbers(request.inputs), "labels": request.labels or None}
-    given |= {"own_inputs": request.own_inputs or None}
+    given |= {"own_inputs": request.own_inputs or None, "labels": request.labels or None}
+    if request.argmin_labels:
+        given["labels"] = "argmin"
+    given |= _of_an_aid(request) if request.name in AIDS else {"inputs": _numbers(request.inputs)}
     return {name: value for name, value in given.items() if value is not None}
+
+
+def _of_an_aid(request: LearnRequest) -> dict[str, Any]:
+    """What an aid looks at and how its ANFIS is made. Errors: InputError."""
+    from ..learn.anfis import METHODS
+    from ..models.anfis import PARAMETERS
+    from ..models.corrector import INPUTS
+
+    check_at_least(1, functions=request.functions)
+    for option, value, names in (
+        ("--inputs", request.inputs, INPUTS),
+        ("--membership", request.membership, tuple(PARAMETERS)),
+        ("--method", request.method, METHODS),
+    ):
+        if value is not None and value not in names:
+            raise InputError(f"{option} is {value!r}; expected one of {', '.join(names)}")
+    given = {"aid_inputs": request.inputs}
+    return given | {name: getattr(request, name) for name in ("functions", "membership", "method")}
 
 
 def _check_options_go_with_the_name(request: LearnRequest) -> None:
@@ -294,7 +351,11 @@ def _check_options_go_with_the_name(request: LearnRequest) -> None:
         ("--resume", request.resume or None, SEARCHED),
         ("--epochs", request.epochs, tuple(name for name in RECIPES if name not in SEARCHED)),
         ("--base", request.base, AIDS),
+        ("--functions", request.functions, ("anfis-kf",)),
+        ("--membership", request.membership, ("anfis-kf",)),
+        ("--method", request.method, ("anfis-kf",)),
         ("--labels", request.labels or None, LABELLED),
+        ("--argmin-labels", request.argmin_labels or None, ("nnvsmm",)),
     ):
         if value is not None and request.name not in names:
             raise InputError(f"{option} is an option for {', '.join(names)}; {request.name} does not have it")

@@ -26,6 +26,7 @@ FLAG: dict[str, Any] = {"metavar": " "}
 SENSOR = "Sensor (default: the scenario's own)"
 # where the names stand that an option may have; these modules are heavy, so they are imported when names are asked for
 REGISTRIES = {
+    "associations": "jink.association:ASSOCIATIONS",
     "filters": "jink.catalogue:FILTERS",
     "kinds": "jink.catalogue.targets:KINDS",
     "learned": "jink.learn.recipes:RECIPES",

@@ -40,7 +40,8 @@ class SimulateRequest(SensorOptions):
         typer.Argument(
             metavar="NAME",
             show_default=False,
-            help="A scenario, such as lee-2003, benchmark-1, random-turns or terminal-area (a wrong name lists all). "
+            help="A scenario, such as lee-2003, random-turns or terminal-area (a wrong name lists all), "
+            "or a whole sky of plots without identity, such as sky-regional. "
             "Or a file of recorded positions: its smoothed tracks become the truth.",
             autocompletion=completed_from("scenarios"),
         ),
@@ -62,7 +63,7 @@ def run_simulate(request: SimulateRequest) -> int:
 
 
 def _run(request: SimulateRequest) -> int:
-    from ..io.writing import check_writable, format_of
+    from ..io.writing import MAPS, check_writable, format_of
 
     began = clock.perf_counter()
     check_at_least(1, runs=request.runs)
@@ -70,14 +71,53 @@ def _run(request: SimulateRequest) -> int:
     check_kind(request.kind)
     output = Path(request.output)
     file_format = format_of(output)
-    if file_format == "geojson":
-        raise InputError(f"the output {output} cannot be GeoJSON: scenarios are on no map; write to .parquet or .csv")
+    if file_format in MAPS:
+        raise InputError(
+            f"the output {output} cannot be {MAPS[file_format]}: scenarios are on no map; write to .parquet or .csv"
+        )
     check_writable(output)
     if output.exists() and Path(request.name).exists() and output.samefile(request.name):
         raise InputError(f"{output} is an input; the output needs another name")
+    if request.name.startswith("sky-"):
+        return _run_sky(request, output, file_format, began)
     scenario = request.scenario_called(request.name, request.kind)
     rows = _write(scenario, request, output, file_format)
     _say(request, scenario, rows, clock.perf_counter() - began)
+    return 0
+
+
+def _run_sky(request: SimulateRequest, output: Path, file_format: str, began: float) -> int:
+    """Plots without identity, and what was there in a table beside them: `sky.parquet`, `sky.truth.parquet`."""
+    from ..io.writing import atomically, write_tracks
+    from ..scenarios.skies import sky_called
+    from ..scenarios.table import sky_tables
+
+    if request.sensor_options:
+        raise InputError(f"{request.name} is a whole sky, seen by its own sensor; --sensor and its kin do not apply")
+    sky = sky_called(request.name)
+    plots, truth = sky_tables(sky, request.runs, request.seed)
+    beside = output.with_name(f"{output.name.removesuffix(''.join(output.suffixes))}.truth.parquet")
+    with atomically(output, beside) as (first, second):
+        write_tracks(plots, first, file_format)
+        truth.write_parquet(second)
+    done = {
+        "scenario": sky.name,
+        "summary": sky.summary,
+        "runs": request.runs,
+        "seed": request.seed,
+        "rows": plots.height,
+        "sensor": f"position {sky.sd:.3g} m, detected with {sky.detection:g}, {sky.clutter:g} false plots a scan",
+        "written": [str(output), str(beside)],
+        "seconds": clock.perf_counter() - began,
+    }
+    if request.json:
+        sys.stdout.write(json_text(done, allow_nan=True))
+    elif not request.quiet:
+        sys.stdout.write(
+            f"{sky.name}: {sky.summary}\n"
+            f"{request.runs:,} runs, seed {request.seed}, {done['sensor']}\n"
+            f"{plots.height:,} plots to {output}, the truth to {beside} in {done['seconds']:.1f} s\n"
+        )
     return 0
 
 

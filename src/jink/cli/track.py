@@ -20,6 +20,7 @@ from .exit_status import exit_status
 from .request import FLAG, check_kind, completed_from, parse_columns
 
 OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
+PLOTS = "Plots without identity"
 
 
 class AltitudeUnit(StrEnum):
@@ -75,7 +76,8 @@ class TrackRequest:
             "-o",
             metavar="FILE",
             rich_help_panel=OUTPUT,
-            help="Write the tracks: .parquet, .csv, .jsonl, .geojson or .arrow.",
+            help="Write the tracks: .parquet, .csv, .jsonl, .geojson, .gpx, .kml or .arrow; '-' writes JSON Lines to "
+            "standard output. Without any output, the summary and the first tracks are shown.",
         ),
     ] = None
     report: Annotated[
@@ -188,6 +190,57 @@ class TrackRequest:
             help="Where the radar stands, also as LAT,LON,ALTITUDE. It puts x and y on the map.",
         ),
     ] = None
+    anonymous: Annotated[
+        bool,
+        typer.Option(
+            "--anonymous",
+            rich_help_panel=PLOTS,
+            help="Plots do not say whose they are, or it shall not be believed. "
+            "A table without identity and with several rows of one time is tracked so by itself.",
+            **FLAG,
+        ),
+    ] = False
+    detection: Annotated[
+        float | None,
+        typer.Option(
+            metavar="P",
+            rich_help_panel=PLOTS,
+            help="Probability that a scan sees a target. Default: estimated.",
+        ),
+    ] = None
+    clutter: Annotated[
+        float | None,
+        typer.Option(metavar="N", rich_help_panel=PLOTS, help="False plots per scan. Default: learned from the plots."),
+    ] = None
+    association: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            rich_help_panel=PLOTS,
+            help="How plots are given to tracks: {associations}. Default: marginal.",
+            autocompletion=completed_from("associations"),
+        ),
+    ] = None
+    new_per_hour: Annotated[
+        float | None,
+        typer.Option(metavar="N", rich_help_panel=PLOTS, help="Targets that come into view. Default: from the plots."),
+    ] = None
+    drop_after: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            rich_help_panel=PLOTS,
+            help="End a track after this time without a plot. Default: when it probably is gone.",
+        ),
+    ] = None
+    period: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            rich_help_panel=PLOTS,
+            help="Time of one scan, where every plot has its own time. Default: rows of one time are a scan.",
+        ),
+    ] = None
     gap: Annotated[
         float | None,
         typer.Option(
@@ -223,7 +276,7 @@ class TrackRequest:
     ] = False
     no_check: Annotated[
         bool,
-        typer.Option("--no-check", rich_help_panel=CLEANING, help="Believe impossible coordinates.", **FLAG),
+        typer.Option("--no-check", rich_help_panel=CLEANING, help="Believe impossible coordinates and tracks.", **FLAG),
     ] = False
 
 
@@ -272,6 +325,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         sort=not request.no_sort,
         drop_duplicates=not request.keep_duplicates,
         drop_stale=not request.keep_stale,
+        check=not request.no_check,
         threads=request.threads,
     )
     columns = parse_columns(request.columns)
@@ -292,6 +346,19 @@ def conventions_of(request: TrackRequest) -> Any:
     return Conventions(order, request.time_format, request.time_zone, axes, azimuth)
 
 
+def anonymous_of(request: TrackRequest) -> Any:
+    """How plots without identity are to be tracked; None where nothing of it was asked for. Errors: InputError."""
+    from ..association.rules import ASSOCIATIONS
+    from ..checks import unknown
+    from ..tracking.anonymous import Anonymous
+
+    names = ("detection", "clutter", "association", "new_per_hour", "drop_after", "period")
+    given = {name: getattr(request, name) for name in names if getattr(request, name) is not None}
+    if "association" in given and given["association"] not in ASSOCIATIONS:
+        raise InputError(f"--association: {unknown('association', given['association'], ASSOCIATIONS)}")
+    return Anonymous(**given) if request.anonymous or given else None
+
+
 def _run_live(request: TrackRequest) -> int:
     """Standard input to standard output, line by line."""
     from ..tracking.live import LiveTracks
@@ -299,6 +366,8 @@ def _run_live(request: TrackRequest) -> int:
 
     if len(request.inputs) > 1:
         raise InputError("'-' stands alone: standard input cannot be tracked together with files")
+    if anonymous_of(request) is not None:
+        raise InputError("--anonymous needs whole scans: give a file, or use jink.Tracker.scan in Python")
     for given, option in (
         (request.smooth, "--smooth"),
         (request.report, "--report"),
@@ -313,15 +382,16 @@ def _run_live(request: TrackRequest) -> int:
 
 def _run_files(request: TrackRequest) -> int:
     from ..io.files import expand
-    from ..io.writing import check_writable, format_of
+    from ..io.writing import MAPS, check_writable, format_of
 
     began = clock.perf_counter()
-    if not (request.output or request.report or request.json):
+    if request.quiet and not (request.output or request.report or request.json):
         raise InputError(
             "nothing to write: give -o tracks.parquet (or .csv, .jsonl, .geojson), --report page.html, "
             "or --json for the summary alone"
         )
-    output = Path(request.output) if request.output else None
+    answered = request.output == "-"
+    output = Path(request.output) if request.output and not answered else None
     report = Path(request.report) if request.report else None
     kind = format_of(output) if output else ""
     inputs = {path.resolve() for path in expand(request.inputs)}
@@ -330,26 +400,43 @@ def _run_files(request: TrackRequest) -> int:
         if path.resolve() in inputs:
             raise InputError(f"{path} is an input; the output needs another name")
     reading, settings = settings_of(request)
+    anonymous = anonymous_of(request)
     with _progress(request) as progress:
         from ..io.loading import load_files
         from ..tracking.batch import run
 
         loaded = load_files(request.inputs, reading, lambda done, total: progress("reading", done, total))
-        if kind == "geojson" and loaded.measurements.position != "geographic" and settings.site is None:
+        if kind in MAPS and loaded.measurements.position != "geographic" and settings.site is None:
             raise InputError(
-                "GeoJSON needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
+                f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
             )
-        tracked = run(loaded, settings, progress)
+        tracked = run(loaded, settings, progress, anonymous)
         written = _write(tracked, output, kind, report, progress)
     tracked.summary["written"] = [str(path) for path in written]
     tracked.summary["seconds"] = clock.perf_counter() - began
     if request.json:
         sys.stdout.write(json.dumps(tracked.summary, indent=2, ensure_ascii=False, default=str) + "\n")
+    elif answered:
+        _answer(tracked, request.quiet)
     elif not request.quiet:
         from ..report.summary_table import show
 
         show(tracked.summary)
+        if not written:
+            from ..report.first_tracks import show_first
+
+            show_first(tracked.tracks)
     return 0
+
+
+def _answer(tracked: Any, quiet: bool) -> None:
+    """Tracks as JSON Lines on standard output, and on standard error what is in none."""
+    from ..io.writing import write_tracks
+
+    write_tracks(tracked.tracks, sys.stdout.buffer, "jsonl")
+    if not quiet and tracked.rejected.height:
+        why = ", ".join(f"{count:,} {reason}" for reason, count in tracked.summary["rejected"].items())
+        sys.stderr.write(f"jink: {tracked.rejected.height:,} rows are in no track: {why}\n")
 
 
 def _write(tracked: Any, output: Path | None, kind: str, report: Path | None, progress: Any) -> list[Path]:

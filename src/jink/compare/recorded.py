@@ -18,6 +18,7 @@ import numpy as np
 from ..catalogue.purpose import Purpose, Unfit
 from ..checks import Array
 from ..estimate import Status
+from ..filters.axis_by_axis import on_axes
 from ..io.errors import InputError
 from ..io.loading import Reading, load_files
 from ..models.tracks import Tracks
@@ -99,6 +100,7 @@ def race_on_file(
             entrants[name] = _enter(name, recording.purpose, seed)
         except Unfit as reason:
             skipped[name] = str(reason)
+    entrants = {n: replace(e, filter=on_axes(e.filter, recording.sensor)) for n, e in entrants.items()}
     answers: dict[str, dict[str, Any]] = {}
     try:
         for name, entrant in entrants.items():

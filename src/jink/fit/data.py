@@ -18,6 +18,7 @@ from ..compare.recorded import Recording, race_on_file, read
 from ..compare.result import Race
 from ..compare.simulated import FIRST, prepare, race
 from ..compare.source import drawn
+from ..filters.axis_by_axis import of_one_axis
 from ..io.errors import InputError
 from ..models.tracks import Tracks, joined
 from ..scenarios import Scenario, by_name
@@ -173,6 +174,14 @@ def _held_out(tracks: Tracks, scored: np.ndarray) -> Tracks:
     """All rows of the parts that are scored, those that are counting."""
     there = np.logical_or.reduceat(scored, tracks.first)
     return replace(tracks, counts=scored).some(np.flatnonzero(there))
+
+
+def along_axes(training: Training, start: Any) -> Training:
+    """The same data for a filter that starts from this one: every axis as a track of its own where it has one axis."""
+    if not of_one_axis(start) or training.tracks.z.shape[1] < 2 or not training.purpose.sensor.position_only:
+        return training
+    apart, shown = training.tracks.axes_apart(), training.held_out.axes_apart()
+    return replace(training, tracks=apart, held_out=shown, words=f"{training.words}, each axis by itself")
 
 
 def parse_truth(given: str | None, path: str) -> dict[str, str] | None:

@@ -16,7 +16,7 @@ from ..compare.filter_files import from_file as filter_from_file
 from ..io.errors import InputError
 from ..scenarios import SCENARIOS, Scenario
 from .checkpoint import Checkpoint
-from .data import Training, from_file, from_scenarios, parse_truth
+from .data import Training, along_axes, from_file, from_scenarios, parse_truth
 from .gradient import differentiable
 from .objectives import Likelihood, NotFinite, Objective, Prediction, Tracking, believed
 from .optimise import Search
@@ -64,7 +64,7 @@ def fit(
     training = training_data(data, runs=runs, check_runs=check_runs, seed=seed, kind=kind, columns=columns, truth=truth)
     name, start = starting_filter(filter, training, seed)
     return fit_filter(
-        training,
+        along_axes(training, start),
         name,
         start,
         objective=chosen_objective(objective, training, ahead),

@@ -91,6 +91,8 @@ def read_times(
     if series.dtype == pl.String:
         text = series.str.strip_chars()
         value = text.cast(pl.Float64, strict=False)
+        if value.count() < 0.5 * text.count() and text.str.contains(r"^\d+,\d+$").sum() >= 0.5 * text.count():
+            value = text.str.replace(",", ".").cast(pl.Float64, strict=False)
         if how.time_format or value.count() < 0.5 * text.count():
             return _text_times(where, text, how)
         series = value
@@ -190,7 +192,12 @@ def _since_start(where: str, value: np.ndarray, motion: Motion) -> Times | None:
 
 
 def _small(where: str, value: np.ndarray, motion: Motion | None) -> Times:
-    """Numbers below 1e8: plain seconds, unless the speed that they imply says days or finer units."""
+    """Numbers below 1e8: plain seconds, unless they are times of day in digits, or the speed that they imply says days
+    or finer units.
+    """
+    digits = _day_in_digits(value)
+    if digits is not None:
+        return digits
     if motion is None:
         return Times(value, False, [])
     distance, elapsed = motion.steps(value)
@@ -215,6 +222,21 @@ def _small(where: str, value: np.ndarray, motion: Motion | None) -> Times:
                 words = f"times are taken as {name}: positions then move as fast as the reported speed says"
                 return Times(value * factor, False, [f"{words}; --time-unit sets it"])
     return Times(value, False, [])
+
+
+def _day_in_digits(value: np.ndarray) -> Times | None:
+    """HHMMSS and HHMMSS.ss: over several minutes no number of seconds or minutes is 60 or more."""
+    known = value[np.isfinite(value)]
+    if known.size < 20 or known.min() < 0 or known.max() >= 240_000 or np.ptp(known // 100) < 2:
+        return None
+    second, minute = np.floor(known % 100), known // 100 % 100
+    # plain seconds would fall on 60 to 99 in two of five cases: of 20 that never do one in 27,000 is left; but steps
+    # such as 5,000 never do either, so several seconds (or minutes, over an hour) have to occur
+    several = np.unique(second).size >= 5 or (np.unique(minute).size >= 5 and np.ptp(known // 10_000) >= 1)
+    if (second >= 60).any() or (minute >= 60).any() or np.unique(known).size < 20 or not several:
+        return None
+    seconds = value // 10_000 * 3600 + value // 100 % 100 * 60 + value % 100
+    return Times(seconds, False, ["times are read as hours, minutes and seconds of the day (HHMMSS)"], True)
 
 
 def _text_times(where: str, text: pl.Series, how: Conventions) -> Times:

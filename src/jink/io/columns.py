@@ -70,8 +70,7 @@ def recognise(
     fixed_roles = _given_roles(file, names, {key: name for key, name in (fixed or {}).items() if name in names})
     roles |= {role: column for role, column in fixed_roles.items() if role not in roles}
     taken = {column.name for column in roles.values()}
-    usual = {normal(WORDS.sub("_", name)): name for name in reversed(names) if name not in taken}
-    usual |= {normal(name): name for name in reversed(names) if name not in taken}
+    usual = _usual([name for name in names if name not in taken])
     others: dict[str, tuple[Column, ...]] = {}
     for role in ROLES:
         found = _find(role, usual)
@@ -82,6 +81,9 @@ def recognise(
     position = _position(roles, given)
     if position is None:
         raise InputError(_missing(file, "position", names, ("latitude", "longitude", "x", "y", "range", "azimuth")))
+    only_seconds = "time" not in roles or ("second" in roles and roles["time"].name == roles["second"].name)
+    if {"year", "month", "day"} <= roles.keys() and only_seconds and "time" not in told:
+        roles["time"] = roles["year"]  # the parts are put together when the values are read (moments.py)
     if "time" not in roles:
         raise InputError(_missing(file, "time", names, ("time",)))
     return Columns(position, _used(roles, position, given), tuple(names), others, told)
@@ -97,12 +99,30 @@ def _used(roles: dict[str, Column], position: str, given: Mapping[str, str]) -> 
     elif all(role in roles for role in POSITIONS[position]) and "place" not in given:
         used.discard("place")
     measured = {roles[role].name for role in POSITIONS[position] if role in roles}
-    doubled = {roles["time"].name, *measured}
+    if roles["time"] is not roles.get("year"):
+        measured.add(roles["time"].name)
+        used -= {"year", "month", "day", "hour", "minute", "second"}
     return {
         role: column
         for role, column in roles.items()
-        if role in used and (role not in MARKS or column.name not in doubled)
+        if role in used and (role not in MARKS or column.name not in measured)
     }
+
+
+def _usual(names: Sequence[str]) -> dict[str, str]:
+    """Names as they are compared, to names as written; of paths (`OSD.latitude`, `/fix/longitude`) also the last one or
+    two words, where no other column has them.
+    """
+    known: dict[str, str] = {}
+    ends: dict[str, list[str]] = {}
+    for name in names:
+        words = [word for word in re.split(r"[./]", name) if word]
+        for count in (1, 2):
+            if len(words) > count:
+                ends.setdefault(normal(".".join(words[-count:])), []).append(name)
+    known |= {end: found[0] for end, found in ends.items() if len(found) == 1}
+    known |= {normal(WORDS.sub("_", name)): name for name in reversed(names)}
+    return known | {normal(name): name for name in reversed(names)}
 
 
 def _given_roles(file: str, names: Sequence[str], given: Mapping[str, str]) -> dict[str, Column]:

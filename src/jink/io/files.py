@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import glob
 import io
+import zipfile
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,6 +20,7 @@ import polars as pl
 from .errors import InputError
 from .formats import csv as csv_text
 from .formats import json as json_text
+from .formats import nested
 from .formats.registry import FORMATS
 from .rejected import unreadable
 
@@ -34,6 +36,15 @@ FOREIGN = {
     b"BZh": "compressed with bzip2 (jink reads plain, .gz and .zst files)",
     b"\xfd7zXZ": "compressed with xz (jink reads plain, .gz and .zst files)",
     b"SQLi": "an SQLite database (export the table as Parquet or CSV)",
+    b"%PDF": "a PDF document (export the table as CSV)",
+    b"\x89PNG": "an image",
+    b"\xff\xd8\xff": "an image",
+    b"ULog": "a PX4 log (ulog2csv of the package pyulog turns it into CSV)",
+    b"#ROSBAG": "a ROS bag (export the topic as CSV)",
+    b"\xd4\xc3\xb2\xa1": "a network capture (extract its messages first)",
+    b"\x1a1": "a dump in Beast format (readsb or dump1090 turn it into SBS-1 or JSON)",
+    b"\x1a2": "a dump in Beast format (readsb or dump1090 turn it into SBS-1 or JSON)",
+    b"\x1a3": "a dump in Beast format (readsb or dump1090 turn it into SBS-1 or JSON)",
 }
 
 
@@ -58,7 +69,8 @@ def expand(inputs: Sequence[str | Path]) -> list[Path]:
         path = Path(given)
         if path.is_dir():
             raise InputError(f"{given} is a directory; give its files, for example '{path / '*.parquet'}'")
-        if path.is_file():
+        # pipes such as <(command) are read once, from beginning to end
+        if path.is_file() or path.is_fifo():
             found[path] = None
             continue
         matches = sorted(p for p in map(Path, glob.glob(str(given), recursive=True)) if p.is_file())
@@ -74,6 +86,8 @@ def expand(inputs: Sequence[str | Path]) -> list[Path]:
 def open_table(path: Path) -> Table:
     """Recognise a file's format by its first bytes and read its column names, or raise InputError."""
     file = str(path)
+    if path.is_fifo():
+        return _from_pipe(file, path)
     try:
         with path.open("rb") as handle:
             head = handle.read(16)
@@ -83,13 +97,29 @@ def open_table(path: Path) -> Table:
         raise InputError(f"{file} is empty")
     if head.startswith((b"\x1f\x8b", b"\x28\xb5\x2f\xfd")):
         return _from_bytes(file, _decompress(path, head))
+    if head.startswith(b"PK\x03\x04") and (packed := _only_member(path)) is not None:
+        return _from_bytes(file, packed)
     for magic, what in FOREIGN.items():
         if head.startswith(magic):
             raise InputError(f"{file} is {what}")
+    if head[8:12] == b".FIT":
+        raise InputError(f"{file} is a FIT file of a sports watch (export it as GPX or TCX)")
     for magic, kind in MAGIC.items():
         if head.startswith(magic):
             return _columnar(file, path, kind)
     return _from_bytes(file, path.read_bytes())
+
+
+def _from_pipe(file: str, path: Path) -> Table:
+    content = path.read_bytes()
+    if not content:
+        raise InputError(f"{file} is empty")
+    if content.startswith(b"\x1f\x8b"):
+        try:
+            content = _gunzip(content)
+        except (EOFError, zlib.error) as error:
+            raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
+    return _from_bytes(file, content)
 
 
 def _decompress(path: Path, head: bytes) -> bytes:
@@ -100,6 +130,18 @@ def _decompress(path: Path, head: bytes) -> bytes:
         return "\n".join(pl.read_lines(path)["line"].to_list()).encode()
     except (OSError, EOFError, zlib.error, pl.exceptions.PolarsError) as error:
         raise InputError(f"{path} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
+
+
+def _only_member(path: Path) -> bytes | None:
+    """The content of an archive of one file (KMZ: its KML); None for other archives and spreadsheets."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = [item for item in archive.infolist() if not item.is_dir() and "__MACOSX" not in item.filename]
+            documents = [item for item in members if item.filename.lower().endswith(".kml")]
+            chosen = members if len(members) == 1 else documents
+            return archive.read(chosen[0]) if len(chosen) == 1 else None
+    except (OSError, RuntimeError, NotImplementedError, zipfile.BadZipFile, zlib.error):
+        return None
 
 
 def _gunzip(packed: bytes) -> bytes:
@@ -131,14 +173,37 @@ def _from_bytes(file: str, content: bytes) -> Table:
             note = f"read as {known.title}"
             return Table(file, known.title, records.names, records.read, (note, *records.notes), records.fixed)
     if start in (b"[", b"{"):
-        text = json_text.JsonText(file, content)
-        return Table(file, "json", text.names, text.read)
+        return _json(file, content)
+    if start == b"<":
+        raise InputError(f"{file} is XML or HTML of an unknown kind; jink reads GPX, KML and TCX of that sort")
     if b"\x00" in content[:4096]:
         raise InputError(
             f"{file} is a binary file of an unknown format; jink reads CSV, Parquet, Arrow/Feather, JSON and JSON Lines"
         )
     table = csv_text.CsvText(file, content)
     return Table(file, "csv", table.names, table.read, table.notes)
+
+
+def _json(file: str, content: bytes) -> Table:
+    """Objects whose first level names a position, or what nests deeper."""
+    text: json_text.JsonText | None = None
+    try:
+        text = json_text.JsonText(file, content)
+    except InputError:
+        records = None if content.lstrip().startswith(b"[") else _nested(file, content)
+        if records is None:
+            raise
+        return records
+    deep = "container" in text.types.values() and not nested.has_position(text.names)
+    return (_nested(file, content) if deep else None) or Table(file, "json", text.names, text.read)
+
+
+def _nested(file: str, content: bytes) -> Table | None:
+    try:
+        records = nested.read(file, content)
+    except InputError:
+        return None
+    return records and Table(file, "json", records.names, records.read, records.notes)
 
 
 def _columnar(file: str, source: Path | io.BytesIO, kind: str) -> Table:

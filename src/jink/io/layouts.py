@@ -64,6 +64,18 @@ LAYOUTS = (
         "time in microseconds since boot, latitude and longitude in 1e-7 degrees, altitude in millimetres",
     ),
     Layout(
+        "Virtual Radar Server JSON",
+        frozenset({"icao", "lat", "long", "postime"}),
+        {"target": "icao", "altitude_ft": "alt", "time_ms": "postime", "speed_kt": "spd"},
+        "altitude in feet, time in milliseconds",
+    ),
+    Layout(
+        "OwnTracks",
+        frozenset({"tst", "lat", "lon", "acc"}),
+        {"time_s": "tst", "accuracy_m": "acc"},
+        "tst in seconds since 1970, acc in metres",
+    ),
+    Layout(
         "RadarScenes detections",
         frozenset({"range_sc", "azimuth_sc"}),
         {"range_m": "range_sc", "azimuth_rad": "azimuth_sc"},

@@ -17,7 +17,16 @@ from .columns import Column, Columns, normal
 from .coordinates import angles, from_minutes, pair, scale, signs
 from .errors import InputError
 from .identity import choose_target, unique_per_row
-from .moments import choose_time, doubtful_time, read_moments, wants_motion, with_date, with_midnights
+from .moments import (
+    choose_time,
+    doubtful_time,
+    read_moments,
+    wants_motion,
+    with_date,
+    with_midnights,
+    with_nanoseconds,
+    with_parts,
+)
 from .sheet import Sheet
 from .units import DEGREE, LENGTH, SPEED
 from .values import WITH_UNIT, numbers
@@ -34,7 +43,7 @@ def doubtful(frame: pl.DataFrame, columns: Columns) -> list[str]:
         wanted += [column.name for column in others["target"]]
     if "time" in others and "time" not in columns.given:
         codes = np.zeros(frame.height, int)
-        if doubtful_time(frame[roles["time"].name], codes):
+        if "week" in roles or doubtful_time(frame[roles["time"].name], codes):
             wanted += [column.name for column in others["time"]]
     if "altitude" in others and columns.position == "geographic" and _says_nothing(frame[roles["altitude"].name]):
         wanted += [column.name for column in others["altitude"]]
@@ -49,6 +58,8 @@ def understand(
     Errors: InputError for what stays ambiguous.
     """
     sheet = Sheet.of(where, frame, columns, how)
+    with_parts(sheet)
+    with_nanoseconds(sheet)
     if not stream:
         choose_target(sheet)
         choose_time(sheet)
@@ -137,10 +148,14 @@ def _split(sheet: Sheet) -> None:
 
 
 def _from_text(sheet: Sheet, role: str) -> None:
-    """Letters and degree signs in the fields."""
+    """Letters and degree signs in the fields; a comma in them is a decimal one."""
     series = sheet.series(role)
     if series.dtype != pl.String:
         return
+    comma = series.str.contains(r"^\s*[+-]?\d{1,3},\d+\s*$")
+    if comma.any():
+        series = series.str.replace(",", ".")
+        sheet.put(role, series, sheet.roles[role].unit, sheet.shown(role))
     plain = series.str.strip_chars().cast(pl.Float64, strict=False)
     if plain.count() >= 0.5 * series.count() or sheet.roles[role].unit != DEGREE:
         return
@@ -169,6 +184,7 @@ def _rescale(sheet: Sheet) -> None:
     if any(column.unit != DEGREE or normal(column.name).endswith(("deg", "degrees")) for column in pairs):
         return
     latitude, longitude = sheet.numbers("latitude"), sheet.numbers("longitude")
+    _exchanged(sheet, latitude, longitude)
     kind, fits = scale(latitude, longitude)
     if kind == "minutes":
         for role, value in (("latitude", latitude), ("longitude", longitude)):
@@ -190,6 +206,19 @@ def _rescale(sheet: Sheet) -> None:
         sheet.roles[role] = replace(sheet.roles[role], unit=factor * DEGREE)
     sheet.notes.append(f"latitude and longitude are taken as {words} (no other unit keeps them on the globe)")
     _millimetres(sheet)
+
+
+def _exchanged(sheet: Sheet, latitude: np.ndarray, longitude: np.ndarray) -> None:
+    """Latitudes beyond 90 beside longitudes within 90: the columns are exchanged."""
+    known = np.isfinite(latitude) & np.isfinite(longitude)
+    north, east = np.abs(latitude[known]), np.abs(longitude[known])
+    # a few such rows are wrong rows; that all of them are is another matter, 91 (AIS: none) apart
+    if north.size > 3 and ((north > 91.0) & (north <= 180.0) & (east <= 90.0)).mean() > 0.9:
+        first, second = sheet.shown("latitude"), sheet.shown("longitude")
+        raise InputError(
+            f"{sheet.where}: the latitudes in column {first!r} lie beyond 90 and the longitudes in {second!r} within, "
+            f"so the two are exchanged; --columns latitude={second},longitude={first} sets it"
+        )
 
 
 def _millimetres(sheet: Sheet) -> None:

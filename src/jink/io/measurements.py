@@ -22,7 +22,7 @@ from .clocks import NONE, Conventions
 from .columns import Columns, normal
 from .errors import InputError
 from .meaning import understand
-from .quality import GROUND_SD, accuracies, grounded, on_the_ground, placeholders, refused, speeds
+from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
 from .sheet import Problem, Sheet
 from .values import numbers, texts
 
@@ -41,8 +41,8 @@ class Measurements:
     """Measurements in SI units, one row per readable input row, and what was noticed on the way.
 
     `rows` has file, row, target, source, time (seconds, since 1970 when `absolute`), the position's
-    components (NaN: missing), speed, position_sd and altitude_sd (from ADS-B accuracy categories; NaN: not
-    stated).
+    components (NaN: missing), speed, position_sd and altitude_sd (as each row states; NaN: not stated), and dilution
+    (how much rougher a row is than the middle one).
     """
 
     rows: pl.DataFrame
@@ -84,8 +84,9 @@ def measure(
         problems.append(("no identifier", target.is_null().to_numpy(), sheet.series("target")))
     values, unreadable = _positions(sheet, altitude_unit)
     seconds = times.seconds
+    first, second = list(values.values())[:2]
     if times.absolute and not stream:
-        seconds, notes = mend(seconds, sheet.codes(), *list(values.values())[:2], sheet.position)
+        seconds, notes = mend(seconds, sheet.codes(), first, second, sheet.position)
         noticed += notes
     ground = np.zeros(frame.height, bool) if stream else _on_the_ground(sheet, values, seconds)
     if check_coordinates:
@@ -102,6 +103,7 @@ def measure(
         *[pl.Series(name, value) for name, value in values.items()],
         pl.Series("speed", speeds(sheet)),
         position_sd,
+        pl.Series("dilution", dilution(sheet)),
         pl.Series("altitude_sd", np.where(ground, GROUND_SD, altitude_sd.to_numpy())),
     )
     rejected, good = _reject(rows, problems)
@@ -116,7 +118,7 @@ def _positions(sheet: Sheet, altitude_unit: str | None) -> tuple[dict[str, np.nd
     problems: list[Problem] = []
     for name in (n for n in DIMENSIONS[sheet.position] if n in sheet):
         column = sheet.roles[name]
-        number, bad = numbers(sheet.series(name))
+        number, bad = numbers(sheet.series(name), thousands=name == "altitude")
         unit = _unit(sheet, name, number, altitude_unit)
         with np.errstate(over="ignore"):
             values[name] = number * unit

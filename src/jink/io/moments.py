@@ -25,8 +25,16 @@ OF_WEEK = {"tow", "gps_tow", "itow", "time_of_week", "gms", "gps_seconds", "seco
 SNAPSHOT = 600.0  # s: a position older than this when it was reported says that the two clocks are not the same
 
 
+def of_week(name: str) -> bool:
+    """Whether a column is called seconds (or milliseconds) of the GPS week."""
+    known = normal(name)
+    return any(known == each or known.startswith(each + "_") for each in OF_WEEK)
+
+
 def doubtful_time(series: pl.Series, codes: np.ndarray) -> bool:
     """Whether a column holds the second of the minute: whole numbers to 63 that start over."""
+    if _is_text(series):
+        return False
     value = numbers(series)[0]
     known = np.isfinite(value)
     if known.sum() < 4 or (value[known] < 0).any() or (value[known] > 63).any() or (value[known] % 1).any():
@@ -38,9 +46,54 @@ def doubtful_time(series: pl.Series, codes: np.ndarray) -> bool:
 
 
 def choose_time(sheet: Sheet) -> None:
-    """Another column where the usual one is the second of the minute."""
+    """Another column where the usual one is the second of the minute; years, months and days put together."""
     if "time" not in sheet.told and doubtful_time(sheet.series("time"), sheet.codes()):
         _not_the_second(sheet)
+
+
+def with_parts(sheet: Sheet) -> None:
+    """Year, month, day and what there is of hour, minute and second in columns of their own become one text."""
+    if "year" not in sheet or sheet.roles["time"].name != sheet.roles["year"].name:
+        return
+    parts = ("year", "month", "day", "hour", "minute", "second")
+    there = [part for part in parts if part in sheet]
+    value = {part: sheet.numbers(part) if part in there else np.zeros(sheet.frame.height) for part in parts}
+    whole, fraction = np.floor(value["second"]), value["second"] % 1.0
+    table = pl.DataFrame({part: value[part] for part in parts[:5]} | {"second": whole})
+    table = table.with_columns(pl.all().fill_nan(None).cast(pl.Int64, strict=False).cast(pl.String).str.zfill(2))
+    micros = pl.Series("f", np.round(np.nan_to_num(fraction) * 1e6)).cast(pl.Int64).cast(pl.String).str.zfill(6)
+    text = (
+        table.with_columns(micros)
+        .select(
+            pl.concat_str(
+                [
+                    pl.concat_str("year", "month", "day", separator="-"),
+                    pl.lit(" "),
+                    pl.concat_str("hour", "minute", "second", separator=":"),
+                    pl.lit("."),
+                    pl.col("f"),
+                ]
+            )
+        )
+        .to_series()
+    )
+    shown = " + ".join(sheet.shown(part) for part in there)
+    sheet.put("time", text, None, shown)
+    sheet.notes.append(f"times are put together from the columns {shown.replace(' + ', ', ')}")
+    sheet.drop(*parts)
+
+
+def with_nanoseconds(sheet: Sheet) -> None:
+    """Whole seconds in one column and nanoseconds in another, as ROS writes time stamps."""
+    if "nanosecond" not in sheet:
+        return
+    second, nano = sheet.numbers("time"), sheet.numbers("nanosecond")
+    known = np.isfinite(second) & np.isfinite(nano)
+    fits = known.any() and (second[known] % 1 == 0).all() and (nano[known] >= 0).all() and (nano[known] < 1e9).all()
+    if fits and (second[known] < 1e10).all():
+        shown = f"{sheet.shown('time')} + {sheet.shown('nanosecond')}"
+        sheet.put("time", second + 1e-9 * nano, None, shown)
+    sheet.drop("nanosecond")
 
 
 def _not_the_second(sheet: Sheet) -> None:
@@ -87,12 +140,23 @@ def _clock_text(series: pl.Series) -> pl.Series | None:
     value = numbers(series)[0]
     known = value[np.isfinite(value)]
     compact = known.size and (known >= 0).all() and (known < 240_000).all() and (known > 60).any()
+    if compact and ((known % 100 >= 60).any() or (known // 100 % 100 >= 60).any()) and known.max() <= 86_400.0:
+        return _from_seconds(value)
     if not compact or (known % 100 >= 60).any() or (known // 100 % 100 >= 60).any():
         return None
     whole, _, fraction = (text.str.extract(r"^(\d+)", 1), None, text.str.extract(r"\.(\d+)$", 1))
     whole = whole.str.zfill(6)
     clock = whole.str.slice(0, 2) + ":" + whole.str.slice(2, 2) + ":" + whole.str.slice(4, 2)
     return clock + "." + fraction.fill_null("0")
+
+
+def _from_seconds(value: np.ndarray) -> pl.Series:
+    """Seconds of the day as text."""
+    micros = np.round(np.nan_to_num(value) * 1e6).astype("int64")
+    text = [
+        f"{m // 3_600_000_000:02d}:{m // 60_000_000 % 60:02d}:{m % 60_000_000 / 1e6:09.6f}" for m in micros.tolist()
+    ]
+    return pl.Series([one if known else None for one, known in zip(text, np.isfinite(value), strict=True)])
 
 
 def _date_text(sheet: Sheet) -> pl.Series | None:
@@ -143,6 +207,8 @@ def read_moments(sheet: Sheet, time_unit: str | None, motion: Motion | None) -> 
     column = sheet.roles["time"]
     times = _of_week(sheet) or read_times(sheet.where, sheet.series("time"), column.unit, time_unit, sheet.how, motion)
     sheet.notes += times.notes
+    if "time" in sheet.told:
+        sheet.drop("position_time")
     if "position_time" in sheet:
         times = _of_position(sheet, times, time_unit)
     if "age" in sheet:
@@ -154,13 +220,16 @@ def _of_week(sheet: Sheet) -> Times | None:
     """GPS week and seconds of the week to UTC."""
     if "week" not in sheet:
         return None
-    column = sheet.roles["time"]
+    column = next(
+        (each for each in (sheet.roles["time"], *sheet.others.get("time", ())) if of_week(each.name)),
+        sheet.roles["time"],
+    )
+    sheet.roles["time"] = column
     week, second = sheet.numbers("week"), sheet.numbers("time") * (column.unit or 1.0)
     known = second[np.isfinite(second)]
     week_known = week[np.isfinite(week)]
-    named = any(normal(column.name) == name or normal(column.name).startswith(name + "_") for name in OF_WEEK)
     fits = known.size and week_known.size and (week_known > 0).all() and (week_known < 5000).all()
-    if not fits or not (named or known.max() < WEEK):
+    if not fits or not of_week(column.name):
         sheet.drop("week")
         return None
     note = "times are GPS weeks and seconds, turned to UTC"
@@ -203,6 +272,14 @@ def _less_age(sheet: Sheet, times: Times) -> Times:
     return Times(seconds, times.absolute, [], times.of_day)
 
 
+def _is_text(series: pl.Series) -> bool:
+    """Whether the first values are text and no numbers, so that the others need not be tried."""
+    if series.dtype != pl.String:
+        return False
+    first = series.drop_nulls().head(100)
+    return first.str.strip_chars().cast(pl.Float64, strict=False).count() == 0
+
+
 def with_midnights(seconds: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, int]:
     """Times of day go on after midnight: 86,400 s more for every step back of more than half a day."""
     order = np.flatnonzero(np.isfinite(seconds))
@@ -220,6 +297,8 @@ def with_midnights(seconds: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, 
 
 def wants_motion(series: pl.Series) -> bool:
     """Whether the size of the numbers leaves open what they count."""
+    if _is_text(series):
+        return False
     value = numbers(series)[0]
     known = np.abs(value[np.abs(value) < WILD])
     return known.size >= 0.5 * series.count() and known.size > 0 and float(np.median(known)) < EARLY

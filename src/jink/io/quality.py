@@ -69,6 +69,7 @@ def accuracies(sheet: Sheet) -> list[pl.Series]:
     horizontal = np.where(np.isnan(horizontal), looked_up("nic", NIC, RAYLEIGH_NIC), horizontal)
     vertical = looked_up("gva", GVA, 1.96)
     horizontal = np.where(np.isnan(horizontal), _metres(sheet, "accuracy"), horizontal)
+    horizontal = np.where(np.isnan(horizontal), _from_variance(sheet), horizontal)
     vertical = np.where(np.isnan(vertical), _metres(sheet, "vertical_accuracy"), vertical)
     return [pl.Series("position_sd", horizontal), pl.Series("altitude_sd", vertical)]
 
@@ -87,6 +88,35 @@ def _metres(sheet: Sheet, role: str) -> np.ndarray:
     else:
         sheet.drop(role)
     return np.where(known, value / (RAYLEIGH_68 if circle else 1.0), np.nan)
+
+
+def _from_variance(sheet: Sheet) -> np.ndarray:
+    """The sd of a column of variances (m²), of the first axis for both."""
+    if "variance" not in sheet:
+        return np.full(sheet.frame.height, np.nan)
+    value = sheet.numbers("variance")
+    known = np.isfinite(value) & (value > 0.0)
+    if known.any():
+        sheet.notes.append(f"the noise of each row is that of column {sheet.shown('variance')!r} (a variance in m²)")
+    else:
+        sheet.drop("variance")
+    return np.sqrt(np.where(known, value, np.nan))
+
+
+def dilution(sheet: Sheet) -> np.ndarray:
+    """How much rougher each row is than the middle one, by its dilution of precision (HDOP); 1 where it is not known.
+
+    HDOP has no unit: the noise that is estimated for the source is scaled by it.
+    """
+    if "hdop" not in sheet:
+        return np.ones(sheet.frame.height)
+    value = sheet.numbers("hdop")
+    known = np.isfinite(value) & (value > 0.0)
+    if not known.any() or np.ptp(value[known]) == 0.0:
+        sheet.drop("hdop")
+        return np.ones(value.size)
+    sheet.notes.append(f"the noise of each row is scaled by its dilution of precision (column {sheet.shown('hdop')!r})")
+    return np.where(known, value / np.median(value[known]), 1.0)
 
 
 def refused(sheet: Sheet) -> list[Problem]:

@@ -41,7 +41,9 @@ ROLES: Named = {
                 "seconds_of_week",
                 "study_local_timestamp",
             ),
-            *("recorded_at", "created_at", "fix_time", "gpstime", "when", "zeit", "heure", "hora"),
+            *("recorded_at", "created_at", "fix_time", "gpstime", "when", "zeit", "heure", "hora", "tst"),
+            *("timestamp_external", "timestampexternal", "pos_time", "postime", "stamp", "header_stamp", "stamp_sec"),
+            *("stamp_secs", "secs", "sec", "updatetime", "update_time"),
         ),
     ),
     "latitude": (ANGLE, ("latitude", "lat", "position_latitude", "location_lat", "gps_lat", "gps_latitude")),
@@ -83,6 +85,16 @@ ROLES: Named = {
         ),
     ),
     "date": ({}, ("date", "utc_date", "date_utc", "gps_date", "local_date", "day", "datum", "fecha")),
+    "year": ({}, ("year", "yyyy", "yr", "jahr", "annee", "ano")),
+    "month": ({}, ("month", "mm", "mon", "mo", "monat", "mois", "mes")),
+    "day": ({}, ("day", "dd", "day_of_month", "dy", "tag", "jour", "dia")),
+    "hour": ({}, ("hour", "hh", "hr", "hours", "stunde", "heure")),
+    "minute": ({}, ("minute", "mi", "min", "mn", "minutes")),
+    "second": ({}, ("second", "ss", "sec", "secs", "seconds", "sekunde")),
+    "nanosecond": (
+        {},
+        ("nsecs", "nsec", "nanosec", "nanosecs", "nanoseconds", "nanosecond", "stamp_nsec", "stamp_nsecs"),
+    ),
     "week": ({}, ("gps_week", "gpsweek", "gwk", "week", "gps_week_number", "week_number", "wn")),
     "north_south": (
         {},
@@ -116,6 +128,14 @@ ROLES: Named = {
             *("altitude_accuracy", "altitude_sd", "est_vertical_error"),
         ),
     ),
+    "variance": (
+        {},
+        (
+            *("position_covariance0", "position_covariance_0", "position_variance", "cov_xx", "covariance_xx"),
+            *("var_x", "variance_x", "cov_x_x"),
+        ),
+    ),
+    "hdop": ({}, ("hdop", "gps_hdop", "h_dop")),
     "on_ground": ({}, ("on_ground", "onground", "is_on_ground", "isonground", "alt_baro")),
     "valid": (
         {},
@@ -133,8 +153,9 @@ ROLES: Named = {
     ),
 }
 MARKS = {
+    *("year", "month", "day", "hour", "minute", "second", "nanosecond"),
     *("place", "date", "week", "north_south", "east_west", "position_time", "age"),
-    *("accuracy", "vertical_accuracy", "on_ground", "valid", "outlier"),
+    *("accuracy", "vertical_accuracy", "variance", "hdop", "on_ground", "valid", "outlier"),
 }
 
 CUSTOMARY_UNIT = {

@@ -11,19 +11,22 @@ THOUSANDS = r"^[+-]?\d{1,3}(?:,\d{3})+(?:\.\d+)?$"
 WITH_UNIT = r"^([+-]?\d+(?:\.\d+)?) ?(?:m|M|ft|FT|km/h|KM/H|kt|kts|kn|deg|°|m/s)$"
 
 
-def numbers(series: pl.Series) -> tuple[np.ndarray, np.ndarray]:
-    """Any column as floats (NaN: missing or unreadable) and which values were there but no numbers."""
+def numbers(series: pl.Series, thousands: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Any column as floats (NaN: missing or unreadable) and which values were there but no numbers.
+
+    A comma is a decimal one; where all could be either (1,234), it is read only with `thousands`, as that.
+    """
     if series.dtype == pl.Null:
         return np.full(len(series), np.nan), np.zeros(len(series), bool)
     if series.dtype in (pl.Categorical, pl.Enum):
         series = series.cast(pl.String)
     if series.dtype == pl.String:
-        text = series.str.strip_chars()
+        text = series.str.strip_chars().str.replace("\u2212", "-")
         empty = text.is_null() | text.str.to_lowercase().is_in(EMPTY)
         value = text.cast(pl.Float64, strict=False)
         bad = ~empty & (value.is_null() | value.is_nan())
         if bad.any():
-            value = _written_otherwise(text, value, bad)
+            value = _written_otherwise(text, value, bad, thousands)
             bad = ~empty & (value.is_null() | value.is_nan())
         return value.fill_null(float("nan")).to_numpy(), bad.to_numpy()
     if series.dtype.is_numeric():
@@ -31,12 +34,12 @@ def numbers(series: pl.Series) -> tuple[np.ndarray, np.ndarray]:
     return np.full(len(series), np.nan), series.is_not_null().to_numpy()
 
 
-def _written_otherwise(text: pl.Series, value: pl.Series, bad: pl.Series) -> pl.Series:
+def _written_otherwise(text: pl.Series, value: pl.Series, bad: pl.Series, thousands: bool) -> pl.Series:
     """Numbers with a decimal comma, with commas between thousands, or with a unit behind them."""
     comma = bad & text.str.contains(r"^[+-]?\d+(?:,\d+)+(?:\.\d+)?$")
-    if comma.any():
-        thousands = text.filter(comma).str.contains(THOUSANDS).all()
-        plain = text.str.replace_all(",", "" if thousands else ".")
+    either = comma.any() and text.filter(comma).str.contains(THOUSANDS).all()
+    if comma.any() and (thousands or not either):
+        plain = text.str.replace_all(",", "" if either else ".")
         value = value.zip_with(~comma, plain.cast(pl.Float64, strict=False))
     unit = bad & text.str.contains(WITH_UNIT)
     if unit.any():

@@ -15,6 +15,7 @@ from typing import IO
 import polars as pl
 
 from .errors import InputError
+from .map_writing import write_gpx, write_kml
 
 FORMATS = {
     ".parquet": "parquet",
@@ -23,9 +24,14 @@ FORMATS = {
     ".jsonl": "jsonl",
     ".ndjson": "jsonl",
     ".geojson": "geojson",
+    ".gpx": "gpx",
+    ".kml": "kml",
     ".arrow": "arrow",
     ".feather": "arrow",
 }
+
+
+MAPS = {"geojson": "GeoJSON", "gpx": "GPX", "kml": "KML"}  # they hold places on the map
 
 
 def format_of(path: Path) -> str:
@@ -34,7 +40,7 @@ def format_of(path: Path) -> str:
     suffix = Path(name).suffix.lower()
     kind = FORMATS.get(suffix)
     if kind is None or (name != path.name and kind in ("parquet", "arrow")):
-        known = "tracks.parquet, .csv, .jsonl, .geojson or .arrow (text also with .gz)"
+        known = "tracks.parquet, .csv, .jsonl, .geojson, .gpx, .kml or .arrow (text also with .gz)"
         raise InputError(f"the output {path} has an unknown extension; write to {known}")
     return kind
 
@@ -70,8 +76,8 @@ def atomically(*paths: Path) -> Iterator[list[Path]]:
             source.unlink(missing_ok=True)
 
 
-def write_tracks(tracks: pl.DataFrame, path: Path, kind: str) -> None:
-    """Write to `path` (any name) in the format `kind`; nulls are empty in CSV and null in JSON."""
+def write_tracks(tracks: pl.DataFrame, path: Path | IO[bytes], kind: str) -> None:
+    """Write to `path` (any name, or an open stream) in the format `kind`; nulls are empty in CSV and null in JSON."""
     if kind == "parquet":
         tracks.write_parquet(path, compression="zstd", compression_level=1)
         return
@@ -82,7 +88,12 @@ def write_tracks(tracks: pl.DataFrame, path: Path, kind: str) -> None:
         "csv": _write_csv,
         "jsonl": _write_json_lines,
         "geojson": _write_geojson,
+        "gpx": write_gpx,
+        "kml": write_kml,
     }
+    if not isinstance(path, Path):
+        writers[kind](tracks, path)
+        return
     with path.open("wb") as handle:
         writers[kind](tracks, handle)
 

@@ -17,8 +17,10 @@ class How:
 
     acceleration (m/s²): what the targets pull; process_sd (m/s²): of the noise that drives them without a manoeuvre, by
     default a hundredth of that; inputs: those of the sub-models; own_inputs: each sub-model learns on a target of its
-    own input instead of the data; base: the filter to be aided; labels: networks learn which mode was right instead of
-    the tracking error; progress(words, done, of) is called as it goes on; checkpoint: of searches by populations.
+    own input instead of the data. base: the filter to be aided; aid_inputs: what its aid looks at; functions,
+    membership, method: of an ANFIS how many functions each input has, of which form, and how they are trained. labels:
+    networks learn which mode was right instead of the tracking error, "argmin" as published. progress(words, done, of)
+    is called as it goes on; checkpoint: of searches by populations.
     """
 
     acceleration: float
@@ -33,7 +35,11 @@ class How:
     own_inputs: bool = False
     base: Any = None
     epochs: int | None = None
-    labels: bool = False
+    aid_inputs: str = "innovations"
+    functions: int | None = None
+    membership: str | None = None
+    method: str | None = None
+    labels: bool | str = False
     checkpoint: str | os.PathLike[str] | None = None
     progress: Callable[[str, int, int], None] | None = None
 

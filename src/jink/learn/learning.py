@@ -16,6 +16,7 @@ from ..catalogue.registry import FILTERS
 from ..checks import unknown
 from ..compare.entrants import Entrant
 from ..compare.result import Race
+from ..filters.axis_by_axis import of_one_axis
 from ..fit.data import SIMULATED_TRUTH, Training
 from ..fit.fitting import starting_filter, training_data
 from ..io.errors import InputError
@@ -127,6 +128,8 @@ def learn(
             f"(--truth {NEEDED[missing]})"
         )
     started = None if base is None else starting_filter(base, training, seed)[1]
+    if of_one_axis(started):
+        known = known.axes_apart()
     asked = How(**{"acceleration": training.purpose.largest, **how}, seed=seed, base=started)
     learning, validation = _split(known, seed)
     began = clock.perf_counter()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,8 @@ from .rule_recipes import SEARCHED, fuzzy_mode, fuzzy_modes
 HISTORY = 8  # innovations an aid looks back on
 # five innovations divide the rules, three older ones take part in their consequents alone
 ANFIS = {"functions": (2, 2, 2, 2, 2, 1, 1, 1), "kind": "gaussian", "epochs": 25, "rate": 0.05}
+PUBLISHED_ANFIS = {"functions": (4, 4), "kind": "triangular"}  # on the inputs of Titi & Güney
+MOST_RULES = 256  # of an ANFIS
 NETWORK = {"hidden": (32,), "epochs": 60, "batch": 1024}
 
 
@@ -36,35 +39,60 @@ def aided(model: str) -> Recipe:
         from .aid import fit_corrector, tuned_acceleration
 
         base = how.base if how.base is not None else tuned_acceleration(training)
-        settings: dict[str, Any] = {**(NETWORK if model == "network" else ANFIS)}
+        published = how.aid_inputs == "titi-guney"
+        settings = dict(NETWORK) if model == "network" else _anfis(how)
         epochs = settings["epochs"] = how.epochs or settings["epochs"]
         corrector = fit_corrector(
             base,
             training,
             validation,
             model=model,
-            inputs="innovations",
-            count=HISTORY,
-            corrects=_corrected(base, training),
+            inputs=how.aid_inputs,
+            count=2 if published else HISTORY,
+            corrects=("position",) if published else _corrected(base, training),
             seed=how.seed,
             progress=how.counting(f"{model}, epoch", epochs),
             **settings,
         )
-        said = _trained(training, f"{model} on the last {HISTORY} innovations, {epochs} epochs", how)
+        seen = "the residual and the step" if published else f"the last {HISTORY} innovations"
+        trained_by = f" of {settings['method']}" if "method" in settings else ""
+        said = _trained(training, f"{model} on {seen}, {epochs} epochs{trained_by}", how)
         return Aided(base, replace(corrector, trained=said))
 
     return make
 
 
+def _anfis(how: How) -> dict[str, Any]:
+    """Settings of an ANFIS: the recipe's own, and what was asked for. Errors: ValueError for too many rules."""
+    settings = {**ANFIS, **(PUBLISHED_ANFIS if how.aid_inputs == "titi-guney" else {})}
+    if how.functions is not None:
+        of_inputs = tuple(how.functions if n > 1 else n for n in settings["functions"])
+        if prod(of_inputs) > MOST_RULES:
+            raise ValueError(
+                f"functions: {how.functions} make {prod(of_inputs)} rules; expected at most {MOST_RULES} rules"
+            )
+        settings["functions"] = of_inputs
+    return settings | how.given(kind="membership", method="method")
+
+
 def noise_network(training: Runs, validation: Runs, how: How) -> Kalman:
     """A network that chooses the noise, trained on the tracking error itself or on which noise was best."""
     from .end_to_end import train_end_to_end
-    from .supervised import train_supervised
+    from .supervised import LEVELS, sensor_levels, train_supervised
 
     _plane(training)
     if how.labels:
-        network = train_supervised(training, validation, labels="expected", seed=how.seed, **how.given(epochs="epochs"))
-        method = "labels of the best constant noise"
+        least, most = ((share * how.acceleration) ** 2 for share in RANGE)
+        levels = sensor_levels(training) if how.labels == "argmin" else np.geomspace(least, most, len(LEVELS))
+        network = train_supervised(
+            training,
+            validation,
+            labels="published" if how.labels == "argmin" else "expected",
+            levels=levels,
+            seed=how.seed,
+            **how.given(epochs="epochs"),
+        )
+        method = "labels of the best filter of the bank, as published" if how.labels == "argmin" else "expected labels"
     else:
         steps = how.epochs or 600
         least, most = (float((share * how.acceleration) ** 2) for share in RANGE)

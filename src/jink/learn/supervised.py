@@ -11,7 +11,7 @@ from ..models.noise_network import LEAST_NIS, NoiseNetwork
 from .data import Runs
 from .mlp import fit_network
 
-LEVELS = np.arange(1.0, 197.0, 5.0)  # 1, 6, … 196: the paper's 40 levels
+LEVELS = np.arange(1.0, 197.0, 5.0)  # 1, 6, … 196: the paper's 40 levels, in units of its sensor's sd²/T⁴
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,12 @@ def bank_of(runs: Runs, levels: Array = LEVELS) -> Bank:
     return Bank(levels, error, residual, S)
 
 
-def published_pairs(runs: Runs) -> tuple[Array, Array]:
+def sensor_levels(runs: Runs) -> Array:
+    """The paper's levels (m²/s⁴) for another sensor: in units of sd²/T⁴, which is one there."""
+    return LEVELS * runs.sd**2 / float(np.nanmedian(np.diff(runs.time, axis=1))) ** 4
+
+
+def published_pairs(runs: Runs, levels: Array = LEVELS) -> tuple[Array, Array]:
     """Inputs (N, 3) and labels (N,) as the paper has them, scan by scan and run by run.
 
     The best filter of the 40 by 40 has the level of least error along x and that of least error along y; its label is
@@ -63,7 +68,7 @@ def published_pairs(runs: Runs) -> tuple[Array, Array]:
     along each axis the likelihood of the measurement under the filter that was best there at the scan before: at the
     scan itself nobody knows which it is.
     """
-    bank = bank_of(runs)
+    bank = bank_of(runs, levels)
     rows = np.arange(len(runs))
     last, before = np.full(len(runs), bank.levels[0]), np.zeros((len(runs), 2), dtype=int)
     inputs, labels = [], []
@@ -81,13 +86,13 @@ def _likelihood(bank: Bank, i: np.ndarray, rows: np.ndarray, k: int, axis: int) 
     return np.exp(-0.5 * r * r / S) / np.sqrt(2 * np.pi * S)
 
 
-def expected_pairs(runs: Runs) -> tuple[Array, Array]:
+def expected_pairs(runs: Runs, levels: Array = LEVELS) -> tuple[Array, Array]:
     """Inputs (N, 3) in logarithms and labels (N,) without the noise of one run.
 
     Label: the level whose mean squared error at the scan, over all runs of the same path, is least. Inputs: log of the
     label of the scan before, and log NIS along x and y of the filter of that label, which is what there is at run time.
     """
-    bank = bank_of(runs)
+    bank = bank_of(runs, levels)
     _, path = np.unique(runs.position.reshape(len(runs), -1).round(6), axis=0, return_inverse=True)
     squares = bank.error.sum(axis=3)
     mean = np.stack([squares[:, path == each].mean(axis=1) for each in range(path.max() + 1)], axis=1)
@@ -108,19 +113,23 @@ def train_supervised(
     validation: Runs,
     *,
     labels: str = "published",
+    levels: Array = LEVELS,
     seed: int = 0,
     hidden: int = 16,
     epochs: int = 200,
 ) -> NoiseNetwork:
     """The parameter-based network by least squares on labels: "published" or "expected" pairs.
 
-    One hidden layer, as in the paper. Errors: ValueError for other labels.
+    levels (m²/s⁴), rising, are the noises of the bank. One hidden layer, as in the paper. Errors: ValueError for other
+    labels, and for scans without a measurement.
     """
-    least, most = float(LEVELS[0]), float(LEVELS[-1])
+    least, most = float(levels[0]), float(levels[-1])
+    if not all(np.isfinite(runs.z).all() for runs in (training, validation)):
+        raise ValueError("labels: expected a measurement at every scan of tracks of one length")
     if labels not in ("published", "expected"):
         raise ValueError(f"labels: expected published or expected, got {labels!r}")
     make = published_pairs if labels == "published" else expected_pairs
-    pairs = [make(runs) for runs in (training, validation)]
+    pairs = [make(runs, levels) for runs in (training, validation)]
     centre, scale = pairs[0][0].mean(axis=0), pairs[0][0].std(axis=0)
     middle, spread = float(pairs[0][1].mean()), float(pairs[0][1].std())
 

@@ -1,6 +1,6 @@
 """How far a set of estimates is from a set of targets: GOSPA, OSPA and OSPA⁽²⁾.
 
-Points are (n, axes). Only points closer than the cut-off c can be paired. Pairs are chosen at the least total cost.
+Points are (n, axes). Points nearer than the cut-off c can be a pair, and pairs are chosen at the least total cost.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ def gospa(truth: ArrayLike, estimate: ArrayLike, c: float, p: float = 2.0, alpha
     """Generalised optimal sub-pattern assignment metric, in the unit of the points.
 
     d = (min over assignments γ of Σ_{(i,j) ∈ γ} d(xᵢ, yⱼ)ᵖ + cᵖ/2 (|X| + |Y| − 2|γ|))^(1/p) for α = 2: errors of
-    localisation, missed targets and false ones, each of the last two at cᵖ/2. For another α all points of the smaller
-    set are paired with min(d, c), and each point left over costs cᵖ/α; ``missed`` and ``false`` are counted alike.
+    localisation, missed targets and false ones, each of the last two at cᵖ/2. For another α the sets are paired as far
+    as they go with min(d, c), and what is left over costs cᵖ/α; ``missed`` and ``false`` are counted the same way.
     Errors: ValueError for c, p or α outside (0, ∞), [1, ∞), (0, 2].
     Source: Rahmathullah, García-Fernández & Svensson, "Generalized optimal sub-pattern assignment metric", Fusion 2017.
     """
@@ -89,8 +89,7 @@ def ospa2(truth: Sequence[ArrayLike], estimate: Sequence[ArrayLike], c: float, p
     """OSPA between two sets of tracks over a window, so that a change of identity costs.
 
     Tracks are (scans, axes), NaN where they are not there. The distance of two tracks is (mean of d_k^q)^(1/q) over the
-    scans in which either is there. There d_k = min(d, c) with both there, and c with one. The result is the OSPA of
-    those distances with cut-off c.
+    scans in which either is there; d_k = min(d, c) with both there, and c with one. Of those distances OSPA is taken.
     Source: Beard, Vo & Vo, "OSPA(2): using the OSPA metric to evaluate multi-target tracking performance", ICCAIS 2017.
     """
     _check(c, p)

@@ -19,9 +19,11 @@ class Radar:
 
     What is measured is ``sd`` (m, positions), or ``range_sd`` (m) and ``azimuth_sd`` (rad) from ``site``, or any
     ``sensor`` of :mod:`jink.models.sensor`; the filter's own sensor if none is given. detection: probability that a
-    target is seen in a scan. clutter_per_scan: false plots, None: learned from the plots, which otherwise correct it.
-    area: (x from, x to, y from, y to) in m, or ``reach`` (m) around the site: what the sensor looks at; None: where its
-    plots are. period (s): of a scan. scanning=False: reports come when they come (ADS-B), so that none is missed.
+    target is seen in a scan. clutter_per_scan: false plots, None: learned from the plots. What is given is corrected by
+    the plots too, unless learn_clutter=False. area: (x from, x to, y from, y to) in m, or ``reach`` (m) around the
+    site: what the sensor looks at; None: where its plots are. height (m) and fastest (m/s): how far false heights and
+    speeds spread, where those are measured. period (s): of a scan. scanning=False: reports come when they come (ADS-B),
+    so that none is missed.
     Errors: ValueError naming what makes no sense.
     """
 
@@ -35,7 +37,10 @@ class Radar:
     period: float | None = None
     area: Sequence[float] | None = None
     reach: float | None = None
+    height: float = 12_000.0
+    fastest: float = 300.0
     scanning: bool = True
+    learn_clutter: bool = True
     name: str = "radar"
 
     def __post_init__(self) -> None:
@@ -46,6 +51,8 @@ class Radar:
             positive("Radar.period", self.period)
         if self.reach is not None:
             positive("Radar.reach", self.reach)
+        positive("Radar.height", self.height)
+        positive("Radar.fastest", self.fastest)
         if self.area is not None:
             a = [float(v) for v in self.area]
             if len(a) != 4 or not np.all(np.isfinite(a)) or not (a[0] < a[1] and a[2] < a[3]):

@@ -90,6 +90,35 @@ class Tracks:
         }
         return Tracks(np.repeat(self.time, 2), z, 2 * self.offsets, **twice)
 
+    def axes_apart(self) -> Tracks:
+        """Every measured axis as a track of its own, all of x first; the truth of each axis is px, vx, … for all.
+
+        Of covariances the variances are kept.
+        """
+        axes = self.z.shape[1]
+        noise = self.covariance
+        if noise is not None:
+            noise = np.einsum("nii->ni", noise) if noise.ndim == 3 else noise
+            noise = noise.T.reshape(-1, 1)
+        kinds = [c for c in "pva" if all(c + a in self.components for a in "xyz"[:axes])]
+        truth = None
+        if self.truth is not None:
+            columns = [[self.components.index(c + a) for c in kinds] for a in "xyz"[:axes]]
+            truth = np.concatenate([self.truth[:, each] for each in columns])
+        copied: dict[str, Any] = {
+            name: None if getattr(self, name) is None else np.concatenate([getattr(self, name)] * axes)
+            for name in ("time", "sensor", "counts", "new", *OF_TRACKS)
+        }
+        return replace(
+            self,
+            z=np.ascontiguousarray(self.z.T).reshape(-1, 1),
+            offsets=np.r_[self.offsets, *(self.offsets[1:] + k * self.rows for k in range(1, axes))],
+            covariance=noise,
+            truth=truth,
+            components=tuple(f"{c}x" for c in kinds) if truth is not None else (),
+            **copied,
+        )
+
     @property
     def repeated(self) -> np.ndarray:
         """Which components (N, m) of measurements equal, to the last bit, the one measured before them in their

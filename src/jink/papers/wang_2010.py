@@ -214,12 +214,16 @@ WANG_2010 = Paper(
         "The paper's text at hand has lost its equations. The membership is reconstructed from its words: M(a) = "
         "min(1, exp(−k (1 − "
         "|a|/a_th))), a_max = a_th M(a), mirrored below zero, k ≤ 1.0536 for a_th = 100, a_up = 90 m/s².",
-        "The paper does not state the start. Here it is two points and acceleration 0 with sd 30 m/s². RMSE is over "
-        "all runs and the scans from the fourth on. In the first scans the acceleration's RMSE is mostly the start's "
-        "error of 30 m/s², the same in both filters. So the ratios are also shown from the tenth scan on.",
-        "a is the acceleration predicted for the scan, which equals the estimate before it. A margin a_max − |a| below "
-        "1% of a_max is set to 1%; otherwise the filter would freeze.",
-        "The paper shows its RMSE in figures only. Its one published number is the run time, 1.07 of CSAF's.",
+        "The start is not stated: two points, acceleration 0 with sd 30 m/s². RMSE pools runs and scans from the "
+        "fourth on; in the "
+        "first scans the start's error of 30 m/s², the same in both filters, rules the acceleration's RMSE, so "
+        "the ratios are shown from "
+        "the tenth scan on as well.",
+        "a is the acceleration predicted for the scan, which is the estimate before; a margin a_max − |a| below "
+        "1% of a_max counts as "
+        "that, or the filter would freeze.",
+        "The paper prints its RMSE as figures only; the one published number is the run time, 1.07 of CSAF's. Ours "
+        "depends on the machine and its load.",
     ),
     remarks=(
         "FACS is better than CSAF in both of the paper's experiments. It is worse at a strong onset, which the paper "

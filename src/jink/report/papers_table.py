@@ -82,6 +82,8 @@ def _sheet(outcome: Outcome, title: str, members: list[Experiment]) -> Sheet:
             words = race.entrants[member].words if member in race.entrants else "not part of this version"
             if seeds > 1:
                 label, words = f"{label} (median of {seeds})", f"{words}: the median of {seeds} seeds"
+            if name in experiment.filters and (note := getattr(race.entrants.get(member), "note", "")):
+                notes.append(f"{name}: {note}")
             lines.append(Line(label + marks(race, member), name in BESIDE, words, rows))
             shown.append(member)
         notes += footnotes(race, shown)

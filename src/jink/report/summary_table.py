@@ -28,11 +28,9 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
     rejected = sum(summary["rejected"].values())
     yield "Rows", f"{summary['rows']:,} read, {summary['accepted']:,} in tracks, {rejected:,} rejected"
     yield from _listed("Rejected", [f"{count:,}  {reason}" for reason, count in summary["rejected"].items()])
-    parts = _plural(summary["parts"], "part")
-    yield (
-        "Targets",
-        f"{summary['targets']:,} in {parts} (a new part after {summary['gap_seconds']:g} s without position)",
-    )
+    parts = f" in {_plural(summary['parts'], 'part')}"
+    rule = f" (a new part after {summary['gap_seconds']:g} s without position)"
+    yield "Targets", f"{summary['targets']:,}" + ("" if "association" in summary else parts + rule)
     yield "Time", _times(summary["start"], summary["end"])
     yield (
         "Columns",
@@ -58,6 +56,7 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
             f"{100 * share:.1f} % inside the 95 % band, mean per dimension {mean:.2f} "
             "(1: consistent, of a mixture only roughly)",
         )
+    yield from _listed("Warning", [warning["message"] for warning in summary["warnings"]])
     yield from _listed("Note", summary["notes"])
     yield from _listed(
         "Written", [f"{path} ({_size(Path(path).stat().st_size)})" for path in summary.get("written", [])]
@@ -86,7 +85,7 @@ def _figure(line: dict[str, Any], name: str) -> str:
         low, high = (f"{factor * value:.2g}" for value in line[f"{name}_sd_range"])
         origin += f"; {low} to {high} {unit} by target"
     stated = line.get(f"{name}_sd_stated_rows")
-    origin += f"; as ADS-B states in {stated:,} rows" if stated else ""
+    origin += f"; as the source states in {stated:,} rows" if stated else ""
     return f"{name} {factor * line[f'{name}_sd']:.2g} {unit} ({origin})"
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from . import Simulation
+    from .skies import Sky
 
 # how components of z are called in the table, with the factor from SI units
 COLUMNS = {
@@ -57,6 +58,25 @@ def simulation_table(simulation: Simulation) -> Any:
         if np.any(simulation.turn_rate):
             columns["input_turn_rate"] = simulation.turn_rate.reshape(-1)
     return pl.DataFrame(columns)
+
+
+def sky_tables(sky: Sky, runs: int, seed: int) -> tuple[Any, Any]:
+    """Plots: run, time (s), x, y (m), by scan. Truth: run, time, target, x, y, velocity_x, velocity_y.
+
+    Several runs follow each other in time, far enough apart that no track lives on; the column `run` says which.
+    """
+    import polars as pl
+
+    plots, truth, begin = [], [], 0.0
+    for number, run in enumerate(sky.runs(runs, seed)):
+        for scan, there, velocity in zip(run.scans, run.truth, run.velocity, strict=True):
+            time = begin + scan.time
+            plots.append(pl.DataFrame({"run": number, "time": time, "x": scan.z[:, 0], "y": scan.z[:, 1]}))
+            x, v = there.points, velocity
+            columns = {"x": x[:, 0], "y": x[:, 1], "velocity_x": v[:, 0], "velocity_y": v[:, 1]}
+            truth.append(pl.DataFrame({"run": number, "time": time, "target": there.ids, **columns}))
+        begin = time + 1000.0 * sky.interval
+    return pl.concat(plots), pl.concat(truth)
 
 
 def _axes(values: np.ndarray) -> list[tuple[int, str]]:

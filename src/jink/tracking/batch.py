@@ -17,8 +17,10 @@ from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.rejected import together
+from .anonymous import Anonymous, is_anonymous, run_anonymous
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
+from .plausibility import Finding, as_dicts, findings
 from .prepare import Group, Settings, prepare
 from .summary import reasons, summarise
 
@@ -87,6 +89,7 @@ def track(
         sort=sort,
         drop_duplicates=drop_duplicates,
         drop_stale=drop_stale,
+        check=check_coordinates,
         threads=threads,
     )
     conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from)
@@ -114,10 +117,15 @@ def _from_data(data: Any, reading: Reading, settings: Settings) -> tuple[Tracked
     return tracked, lambda frame: to_same(frame, data)
 
 
-def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) -> Tracked:
-    """Clean, place, filter; the summary says what was done. Raises InputError when no track is left."""
+def run(
+    loaded: Loaded, settings: Settings, progress: Progress | None = None, anonymous: Anonymous | None = None
+) -> Tracked:
+    """Clean, place, filter; the summary says what was done. Plots without identity are given to targets first, where
+    that is asked for, or where the table shows it. Raises InputError when no track is left."""
     began = clock.perf_counter()
     measurements = loaded.measurements
+    if anonymous is not None or is_anonymous(measurements):
+        return Tracked(*run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress))
     prepared = prepare(measurements, settings)
     cleaned, groups = prepared.cleaned, prepared.groups
     rejected = together(measurements.rejected + cleaned.rejected)
@@ -139,12 +147,21 @@ def run(loaded: Loaded, settings: Settings, progress: Progress | None = None) ->
         tracks = tracks.sort("target", "time", maintain_order=True)
     summary = summarise(loaded, cleaned, rejected, groups, tracks)
     summary |= {"kind": settings.kind, "smoothed": settings.smooth, "gap_seconds": prepared.pace.gap}
+    found, hopeless = findings(tracks, summary["noise"], settings.kind, summary["consistency"])
+    if hopeless and settings.check:
+        raise InputError(_implausible(found, summary["targets"]))
+    summary["warnings"] = as_dicts(found, summary["targets"])
     return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
 
 
 def _nothing_left(loaded: Loaded, rejected: pl.DataFrame) -> str:
     lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in reasons(rejected))
     return f"no track is left: all {loaded.count:,} rows were rejected, because:\n{lines}"
+
+
+def _implausible(found: Sequence[Finding], targets: int) -> str:
+    lines = "\n".join(f"  {finding.sentence(targets)}" for finding in found)
+    return f"no track is plausible; --no-check writes them all the same\n{lines}"
 
 
 def _chunks(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.DataFrame]:

@@ -1,7 +1,7 @@
 """From measurements in any order to track parts; every step is counted and can be left out.
 
 Impossible jumps are not cleaned here: what is impossible depends on the target, and the filter's gate knows
-its state.
+its state. At its first position a target has no state yet: there the next ones decide.
 """
 
 from __future__ import annotations
@@ -20,13 +20,16 @@ EARTH_RADIUS = 6_371_000.0
 
 @dataclass(frozen=True)
 class Cleaning:
-    """Which steps are done: `gap` in seconds (0: never a new part), `min_points` positions per part."""
+    """Which steps are done: `gap` in seconds (0: never a new part), `min_points` positions per part, `fastest` (m/s)
+    that a target of the kind goes (0: not known, first positions are believed).
+    """
 
     gap: float = 300.0
     min_points: int = 4
     sort: bool = True
     drop_duplicates: bool = True
     drop_stale: bool = True
+    fastest: float = 0.0
 
 
 @dataclass
@@ -55,6 +58,8 @@ def clean(rows: pl.DataFrame, position: str, how: Cleaning) -> Cleaned:
     state.counts["duplicate_times"] = _duplicates(state, position) if how.drop_duplicates else 0
     state.counts["stale_positions"] = _stale(state, position) if how.drop_stale else 0
     _parts(state, how.gap if how.gap > 0 else np.inf)
+    if how.fastest > 0:
+        state.counts["wrong_starts"] = _starts(state, position, how.fastest)
     _short(state, how.min_points)
     return state
 
@@ -197,6 +202,33 @@ def _parts(state: Cleaned, gap: float) -> None:
     split = ~new_target & measured & (time - time[before_this] > gap)
     state.counts["gaps"] = int(split.sum())
     state.rows = rows.with_columns(part=pl.Series(_number_within(new_target, split)))
+
+
+def _starts(state: Cleaned, position: str, fastest: float) -> int:
+    """First positions of parts that the next three contradict: to come from there needs 1.3 times the kind's speed and
+    three times theirs, while those follow each other steadily. (Whole-second stamps alone give twice the speed.)
+    """
+    rows = state.rows
+    names = [name for name in DIMENSIONS[position][:2] if name in rows.columns]
+    measured = np.flatnonzero(rows["measured"].to_numpy())
+    held = rows[measured]
+    new = changes(held["target"], held["part"])
+    starts = np.flatnonzero(new)
+    lengths = np.diff(np.r_[starts, held.height])
+    starts = starts[lengths > 4]
+    if not starts.size:
+        return 0
+    elapsed = np.diff(held["time"].to_numpy())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pace = _distances(held, position, names) / elapsed
+        first, after = pace[starts], np.array([pace[starts + k] for k in (1, 2, 3)])
+        steady = np.ptp(after, axis=0) < 0.2 * first
+        most = after.max(axis=0)
+        wrong = (first > np.maximum(1.3 * fastest, 3.0 * most)) & (most <= fastest) & steady & np.isfinite(first)
+    bad = np.zeros(rows.height, bool)
+    bad[measured[starts[wrong]]] = True
+    state.drop(bad, "the next positions contradict this first one")
+    return int(bad.sum())
 
 
 def _short(state: Cleaned, min_points: int) -> None:

@@ -323,7 +323,7 @@ def _advance(target: Followed, row: dict[str, Any], now: float, z: list[float], 
         target.segment += target.manoeuvring is not None and level != target.manoeuvring
         target.manoeuvring = level
     return SimpleNamespace(
-        filter=target.filter,
+        estimate=estimate,
         axes=target.axes,
         part=target.part,
         anchor=target.anchor,
@@ -350,9 +350,8 @@ def _moved(placed: Placed, states: list[Any]) -> Placed:
 
 def _joined(states: list[Any]) -> Estimate:
     """The states of filters that differ in their numbers at most."""
-    chosen = states[0].filter
     stacked = {
         name: np.array([getattr(state, name) for state in states])
         for name in ("x", "P", "mode_probability", "nis", "nis_dof", "status")
     }
-    return Estimate(chosen.components, chosen.modes, stacked, chosen.non_manoeuvring)
+    return replace(states[0].estimate, results=stacked)

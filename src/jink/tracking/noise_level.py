@@ -101,6 +101,8 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
         figures["altitude_sd"], origins["altitude_sd"] = _decide(asked, found, of_source, USUAL_ALTITUDE_SD)
     lines = _lines(source, of_source, figures, origins, np.bincount(group[measured], minlength=of_source.size))
     sd = {name: figure[group] for name, figure in figures.items()}
+    if "given" not in origins["position_sd"] and "dilution" in placed.rows.columns:
+        sd["position_sd"] = sd["position_sd"] * placed.rows["dilution"].to_numpy()
     for name in ("position_sd", "altitude_sd"):
         if name in sd and "given" not in origins[name]:
             sd[name] = _stated(placed, sd[name], name, lines)

@@ -37,6 +37,7 @@ class Settings:
     sort: bool = True
     drop_duplicates: bool = True
     drop_stale: bool = True
+    check: bool = True
     threads: int | None = None
 
     def __post_init__(self) -> None:
@@ -91,7 +92,8 @@ class Prepared:
 def prepare(measurements: Measurements, settings: Settings) -> Prepared:
     """Clean, place, tell the noise and choose filters; the measurements' own rows are let go. Errors: InputError."""
     pace = Pace.of(usual_step(measurements.rows), settings)
-    how = Cleaning(pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale)
+    fastest = kind_of(settings.kind).speed if settings.check else 0.0
+    how = Cleaning(pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale, fastest)
     cleaned = clean(measurements.rows, measurements.position, how)
     measurements.rows = measurements.rows.clear()
     site = None if measurements.position == "geographic" else settings.site
@@ -104,8 +106,9 @@ def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
     level = noise_levels(placed, settings.sensor_sd, settings.kind)
     purpose, filter = choose(placed.components, level.typical, pace, settings)
     covariance = None
+    named = settings.filter is None or isinstance(settings.filter, str)
     # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
-    if filter is not settings.filter or getattr(filter, "fitted", {}).get("noise") == "of each row":
+    if named or getattr(filter, "fitted", {}).get("noise") == "of each row":
         begin_with_height(placed, level.covariance)
         covariance = None if level.uniform else level.covariance
     elif settings.sensor_sd:

@@ -26,6 +26,7 @@ MEDIAN, TAIL = (
     1.0 / 1.6449,
 )  # sd of a Gaussian over the 50 % and the 90 % quantile of its absolute values
 LEAST = 20  # differences needed for an estimate
+ROUNDING = 1e-7  # m or rad: changes below it are of the arithmetic, not of a sensor
 MOVING = 5.0  # m/s: slower targets have no direction to speak of
 
 
@@ -60,14 +61,15 @@ def third_differences(time: np.ndarray, value: np.ndarray, new: np.ndarray) -> t
 def component_sd(time: np.ndarray, value: np.ndarray, new: np.ndarray, group: np.ndarray, groups: int) -> np.ndarray:
     """Standard deviation of one measured component by group (G,), at least its step of quantisation over √12.
 
-    group (N,) numbers the source (or target) of each row below `groups`; NaN where there was too little.
+    group (N,) numbers the source (or target) of each row below `groups`; NaN where there was too little. A value that
+    only repeats, as the height of a level flight does, says nothing of its error.
     """
     difference, index = third_differences(time, value, new)
     sd = MEDIAN * grouped_quantile(np.abs(difference), group[index], groups, 0.5)
     step = np.abs(np.diff(value, prepend=np.nan))
-    step[new | (step < 1e-9)] = np.nan
-    resolution = grouped_quantile(step, group, groups, 0.01) / np.sqrt(12.0)
-    return np.fmax(sd, np.where(np.isnan(sd), np.nan, resolution))
+    step[new | (step < ROUNDING)] = np.nan
+    resolution = grouped_quantile(step, group, groups, 0.01, least=1) / np.sqrt(12.0)
+    return np.fmax(np.where(sd < ROUNDING, np.nan, sd), np.where(np.isnan(sd), np.nan, resolution))
 
 
 def plane_scatter(
@@ -101,12 +103,12 @@ def plane_scatter(
         return np.maximum(np.where(timed, position, either), least), time_sd
 
 
-def grouped_quantile(value: np.ndarray, group: np.ndarray, groups: int, share: float) -> np.ndarray:
-    """Quantile of the known values of every group (G,); NaN where fewer than `LEAST` are known."""
+def grouped_quantile(value: np.ndarray, group: np.ndarray, groups: int, share: float, least: int = LEAST) -> np.ndarray:
+    """Quantile of the known values of every group (G,); NaN where fewer than `least` are known."""
     known = np.isfinite(value)
     table = pl.DataFrame({"group": group[known], "value": value[known]})
     found = table.group_by("group").agg(pl.len().alias("count"), pl.col("value").quantile(share))
-    enough = found.filter(pl.col("count") >= LEAST)
+    enough = found.filter(pl.col("count") >= least)
     result = np.full(groups, np.nan)
     result[enough["group"].to_numpy()] = enough["value"].to_numpy()
     return result

@@ -19,6 +19,7 @@ CLEANED = {
     "stale_positions": "stale (repeated) positions taken as missing",
     "missing_positions": "rows without a position, predicted",
     "without_position": "rows rejected because no position is near in time",
+    "wrong_starts": "first positions rejected because the next contradict them",
     "gaps": "gaps that begin a new part",
     "short_parts": "parts rejected as too short",
 }
@@ -46,13 +47,13 @@ def summarise(
         "rejected": {reason: count for reason, count in reasons(rejected)},
         "targets": tracks["target"].n_unique(),
         "parts": tracks.select(pl.struct("target", "part").n_unique()).item(),
-        "start": _plain(times.min()),
-        "end": _plain(times.max()),
+        "start": plain(times.min()),
+        "end": plain(times.max()),
         "columns": loaded.measurements.named,
         "notes": notes,
         "cleaning": {name: count for name, count in cleaned.counts.items() if name in CLEANED},
         "noise": [line | {"axes": group.placed.axes} for group in groups for line in group.level.sources],
-        "filter": {f"{group.placed.axes} axes": _described(group.filter) for group in groups},
+        "filter": {f"{group.placed.axes} axes": words_for(group.filter) for group in groups},
         "status": {str(status): count for status, count in tracks["status"].value_counts(sort=True).iter_rows()},
         "consistency": nis_share(tracks),
     }
@@ -64,10 +65,10 @@ def reasons(rejected: pl.DataFrame) -> list[tuple[str, int]]:
     return [tuple(row) for row in rejected.select(general)["reason"].value_counts(sort=True).iter_rows()]
 
 
-def _described(chosen: Any) -> str:
+def words_for(chosen: Any) -> str:
     motions = getattr(chosen, "motions", None) or [getattr(chosen, "motion", None)]
     return f"{type(chosen).__name__}({', '.join(str(getattr(m, 'name', m)) for m in motions)})"
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     return value.isoformat(timespec="milliseconds") if hasattr(value, "isoformat") else value

@@ -64,11 +64,12 @@ class CsvText:
                     separator=self.separator,
                     null_values=MISSING,
                     columns=[self.names.index(name) for name in ordered],
-                    new_columns=ordered,
                     **options,
                 )
             except (pl.exceptions.PolarsError, OSError):
                 continue
+            # by place, since names may repeat or have blanks around them
+            frame.columns = ordered
             if frame.height == self.content.count(b"\n"):
                 return frame.select(wanted).with_row_index("row"), unreadable()
         return self._line_by_line(wanted)

@@ -27,8 +27,8 @@ def read(file: str, content: bytes) -> Records:
     refused = Refused()
     untimed = number = 0
     for feature in _features(file, content, refused):
-        properties = feature.get("properties") if isinstance(feature.get("properties"), dict) else {}
-        geometry = feature.get("geometry") if isinstance(feature.get("geometry"), dict) else None
+        properties: dict[str, Any] = _object(feature.get("properties")) or {}
+        geometry = _object(feature.get("geometry"))
         lines = _lines(geometry)
         if lines:
             times = _times(properties, lines)
@@ -54,6 +54,10 @@ def read(file: str, content: bytes) -> Records:
     fixed = {"longitude_deg": "longitude", "latitude_deg": "latitude"}
     fixed |= {"altitude_m": "altitude_m"} if any("altitude_m" in row for row in rows) else {}
     return Records.of(rows, refused, notes, fixed)
+
+
+def _object(value: Any) -> dict[str, Any] | None:
+    return value if isinstance(value, dict) else None
 
 
 def _features(file: str, content: bytes, refused: Refused) -> Iterator[dict[str, Any]]:

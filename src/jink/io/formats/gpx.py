@@ -54,6 +54,8 @@ def _point(element: ElementTree.Element) -> dict[str, Any]:
         if child.text and child.text.strip():
             if name == "time":
                 row["time"] = child.text.strip()
+            elif name == "hdop":
+                row["hdop"] = child.text.strip()
             elif name == "ele":
                 row["altitude_m"] = child.text.strip()
     return row
@@ -66,4 +68,5 @@ FORMAT = Format(
     "a track point (without tracks: a route point or way point)",
     "the track's name, lat, lon, ele (m)",
     "time, ISO 8601",
+    "estimated, scaled by hdop where there is one",
 )

@@ -46,7 +46,7 @@ def body(content: bytes) -> Body:
             content = b"\n".join(b"\t".join(line.split()) for line in content.splitlines())
             separator = "\t"
             first = content.split(b"\n", 1)[0].decode("utf-8", errors="replace")
-    content = _without(content, first, notes)
+    content = _without(content, first, separator.encode(), notes)
     return Body(_even_ends(content, separator.encode()), separator, tuple(notes))
 
 
@@ -89,18 +89,20 @@ def _blanks(content: bytes) -> bool:
     return len(counts) == 1
 
 
-def _without(content: bytes, header: str, notes: list[str]) -> bytes:
+def _without(content: bytes, header: str, sign: bytes, notes: list[str]) -> bytes:
     """Leave out comments between rows and headers that repeat."""
     start = header[:1].encode("utf-8", errors="replace")
     repeated = content.count(b"\n" + header.encode("utf-8", errors="replace"))
     comments = content.count(b"\n#") if start != b"#" else 0
     if not repeated and not comments:
         return content
+    # a row may begin with such a sign too: then it has as many fields as the header
+    fields = content.split(b"\n", 1)[0].count(sign)
     kept, again, remarks = [], 0, 0
     for number, line in enumerate(content.split(b"\n")):
         if number and line.rstrip(b"\r").decode("utf-8", errors="replace") == header:
             again += 1
-        elif number and comments and line.startswith(b"#"):
+        elif number and comments and line.startswith(b"#") and line.count(sign) != fields:
             remarks += 1
         else:
             kept.append(line)

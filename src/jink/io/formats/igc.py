@@ -94,7 +94,7 @@ FORMAT = Format(
     recognises,
     read,
     "a B record",
-    "latitude, longitude, height from satellites (m), or by pressure where that is missing; the glider's name",
+    "latitude, longitude, height from satellites (m), or by pressure if most have none; the glider's name",
     "UTC, with the date of the H record; it goes on after midnight",
     "FXA where the log has it",
 )

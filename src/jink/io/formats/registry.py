@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from . import geojson, geolife, gpx, igc, kml, mot, nmea, opensky, readsb, sbs
+from . import ais, geojson, geolife, gpx, igc, kml, mot, nmea, opensky, readsb, sbs, tcx
 from .records import Format
 
 FORMATS: tuple[Format, ...] = (
     gpx.FORMAT,
     kml.FORMAT,
+    tcx.FORMAT,
     readsb.TRACES,
     readsb.SNAPSHOTS,
     opensky.FORMAT,
     geojson.FORMAT,
     sbs.FORMAT,
     nmea.FORMAT,
+    ais.FORMAT,
     geolife.FORMAT,
     igc.FORMAT,
     mot.FORMAT,

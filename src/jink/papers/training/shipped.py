@@ -24,12 +24,13 @@ TITI: dict[str, Trainer] = {
     f"titi-guney-{speed}{rate}-{model}": titi_guney.as_published(slowness, model, interval)
     for rate, interval in (("", 1.0), ("-20hz", 0.05))
     for speed, slowness in (("sluggish", 1e4), ("tuned", 1.0))
-    for model in ("linear", "anfis", "network")
+    for model in ("linear", "literal", "anfis", "network")
 }
 TRAINERS: dict[str, Trainer] = {
     "lee-2003-ga": lee.by_genetic_algorithm(0.95),
     "lee-2003-ga-error": lee.by_genetic_algorithm(1.0),
     "lee-2003-best": lee.with_transition("lee-2003", 3, 2),
+    "lee-2003-best-constants": lee.with_transition("lee-2003", 3, 1),
     "fuzzy-kalman": lee.with_transition("random-accelerations", 1, 6),
     **TITI,
     "nn-kf": titi_guney.fed_by_history("network", 8, **NETWORK),

@@ -1,0 +1,250 @@
+"""Plots without identity to tracks: scans are made of rows, targets of scans.
+
+What is not given is estimated: a first pass assumes the kind's usual noise and a detection probability of 0.9, its
+tracks say what both are, and further passes use that. The density of false plots is learned on the way.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from ..association.batch import Found, Scans, track_scans
+from ..association.tracker import Tracker
+from ..catalogue.targets import kind_of
+from ..estimate import Status
+from ..io.errors import InputError
+from ..io.loading import Loaded
+from ..io.measurements import Measurements
+from ..io.rejected import together
+from ..models.radar import Radar
+from .anonymous_rows import placed_plots, placed_tracks
+from .noise_level import NoiseLevel, noise_levels
+from .output import tracks_table
+from .placing import Placed
+from .prepare import Pace, Settings, choose
+from .summary import plain, reasons, words_for
+
+SHARED = 0.3  # of the times: if so many are shared by several rows, a table without identity holds several targets
+FIRST_DETECTION = 0.9
+PASSES = 4  # at most, until noise and detection probability change by less than 5 %
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Anonymous:
+    """What `track` is told of plots without identity; None is estimated.
+
+    detection probability; clutter: false plots per scan; new_per_hour; drop_after (s); period (s) of a scan, where
+    every plot has its own time; association: its name.
+    """
+
+    detection: float | None = None
+    clutter: float | None = None
+    new_per_hour: float | None = None
+    drop_after: float | None = None
+    period: float | None = None
+    association: str = "marginal"
+
+    def __post_init__(self) -> None:
+        if self.detection is not None and not 0 < self.detection < 1:
+            raise InputError(f"detection is {self.detection!r}; expected a probability between 0 and 1")
+        for name in ("clutter", "new_per_hour"):
+            value = getattr(self, name)
+            if value is not None and not 0 <= value < np.inf:
+                raise InputError(f"{name.replace('_', '-')} is {value!r}; expected a number from 0")
+        for name in ("period", "drop_after"):
+            value = getattr(self, name)
+            if value is not None and not 0 < value < np.inf:
+                raise InputError(f"{name.replace('_', '-')} is {value!r}; expected seconds above 0")
+
+
+def is_anonymous(measurements: Measurements) -> bool:
+    """Has the table no identity, and several rows of one time, which one target cannot have?"""
+    if "target" in measurements.named or measurements.rows.height < 2:
+        return False
+    each = measurements.rows.group_by("time").agg(pl.len().alias("n"))
+    return bool((each["n"] > 1).mean() > SHARED)
+
+
+def run_anonymous(
+    loaded: Loaded, settings: Settings, how: Anonymous, asked: bool, progress: Progress | None = None
+) -> tuple[pl.DataFrame, pl.DataFrame, dict[str, Any]]:
+    """Tracks, plots in none of them, and the summary. Errors: InputError."""
+    began = clock.perf_counter()
+    measurements = loaded.measurements
+    plots, begin, scan_time = placed_plots(measurements, settings.site, how.period)
+    if not plots.rows.height:
+        raise InputError("no plot is left: no row has a position")
+    interval = float(np.median(np.diff(scan_time))) if len(scan_time) > 1 else 1.0
+    sd = _assumed(plots, settings)
+    detection = how.detection or FIRST_DETECTION
+    for _ in range(PASSES if how.detection is None or not settings.sensor_sd else 0):
+        before = {**sd, "detection": detection}
+        found, _, _ = _pass(plots, begin, scan_time, sd, settings, how, detection, interval, None)
+        if not len(found.id):
+            break
+        if how.detection is None:
+            detection = _detection(found)
+        if not settings.sensor_sd:
+            sd = _noise(placed_tracks(plots, found, scan_time), sd, settings)
+        if all(abs(value / before[name] - 1) < 0.05 for name, value in {**sd, "detection": detection}.items()):
+            break
+    found, filter, tracker = _pass(plots, begin, scan_time, sd, settings, how, detection, interval, progress)
+    if not len(found.id):
+        raise InputError(
+            f"no track was confirmed in {len(scan_time):,} scans of {plots.rows.height:,} plots; "
+            "check --sensor-sd, --detection, --kind and the unit of the columns"
+        )
+    rows = placed_tracks(plots, found, scan_time)
+    if settings.smooth:
+        found = _smoothed(found, filter, rows)
+    table = _table(rows, found, measurements)
+    used = np.zeros(plots.rows.height, bool)
+    used[found.plot[found.plot >= 0]] = True
+    unused = plots.rows.filter(~used).select("file", "row").with_columns(reason=pl.lit("in no track: a false plot"))
+    rejected = together([*measurements.rejected, unused])
+    summary = _summary(loaded, settings, table, rejected, found, filter, sd, int(used.sum()))
+    clutter = ", ".join(f"{count:.3g}" for count in tracker.clutter_per_scan.values())
+    how_said = "as asked" if asked else "the table has no identity column and several rows of one time"
+    summary["notes"] += [
+        f"plots have no identity ({how_said}): {len(scan_time):,} scans of {interval:g} s, "
+        f"association {how.association}",
+        f"detection probability {detection:.2f} ({'estimated' if how.detection is None else 'given'})",
+        f"about {clutter} false plots per scan (learned)",
+    ]
+    for name, what in (("crowded", "more plots in a gate than are looked at"), ("full", "no room for more tracks")):
+        if found.counts[name]:
+            summary["notes"].append(f"{found.counts[name]:,} scans had {what}")
+    summary["association"] = {"detection": detection, "association": how.association, **found.counts}
+    return table, rejected, summary | {"seconds": clock.perf_counter() - began}
+
+
+def _pass(
+    plots: Placed,
+    begin: np.ndarray,
+    scan_time: np.ndarray,
+    sd: dict[str, float],
+    settings: Settings,
+    how: Anonymous,
+    detection: float,
+    interval: float,
+    progress: Progress | None,
+) -> tuple[Found, Any, Tracker]:
+    _, filter = choose(plots.components, sd, Pace.of(interval, settings), settings)
+    radar = Radar(detection=detection, clutter_per_scan=how.clutter)
+    try:
+        tracker = Tracker(
+            filter,
+            radar,
+            new_per_hour=how.new_per_hour,
+            drop_after=how.drop_after,
+            speed_sd=kind_of(settings.kind).speed / 2,
+            association=how.association,
+            threads=settings.threads,
+        )
+    except (ValueError, TypeError) as error:
+        raise InputError(str(error)) from None
+    step = (lambda done, total: progress("tracking", done, total)) if progress else None
+    return track_scans(tracker, Scans(scan_time, begin, plots.z), step), filter, tracker
+
+
+def _assumed(plots: Placed, settings: Settings) -> dict[str, float]:
+    """The noise that was given, and what is usual for the rest."""
+    usual = {"position": kind_of(settings.kind).position_sd, "altitude": 10.0, "z": 10.0}
+    polar = {"range": 50.0, "azimuth": 2e-3, "elevation": 2e-3, "altitude": 30.0}
+    names = plots.components if plots.components[0] == "range" else ("position", *(("altitude",) * (plots.axes - 2)))
+    known = polar if plots.components[0] == "range" else usual
+    given = settings.sensor_sd
+    return {name: given.get(name, given.get("z", known[name]) if name == "altitude" else known[name]) for name in names}
+
+
+def _noise(tracks: Placed, sd: dict[str, float], settings: Settings) -> dict[str, float]:
+    """The noise as the tracks of the first pass show it."""
+    measured = np.isfinite(tracks.z[:, 0])
+    if measured.sum() < 30:
+        return sd
+    level: NoiseLevel = noise_levels(tracks, settings.sensor_sd, settings.kind)
+    return {name: float(level.typical.get(name, value)) for name, value in sd.items()}
+
+
+def _detection(found: Found) -> float:
+    """Share of scans with a plot, from each track's confirmation to its last plot."""
+    hits = scans = 0
+    for rows in np.split(np.arange(len(found.id)), np.flatnonzero(np.diff(found.id)) + 1):
+        sure, seen = found.confirmed[rows], found.plot[rows] >= 0
+        inner = (
+            rows[np.argmax(sure) + 1 : len(rows) - np.argmax(seen[::-1]) - 1] if sure.any() and seen.any() else rows[:0]
+        )
+        hits += int((found.plot[inner] >= 0).sum())
+        scans += len(inner)
+    # one success and one failure more than were seen, so that it is neither 0 nor 1
+    return float(np.clip((hits + 1) / (scans + 2), 0.3, 0.99)) if scans else FIRST_DETECTION
+
+
+def _smoothed(found: Found, filter: Any, rows: Placed) -> Found:
+    if filter.not_smoothed:
+        raise InputError(f"smooth: {type(filter).__name__} cannot be smoothed: {filter.not_smoothed}")
+    estimate = filter.smooth(rows.time, rows.z, offsets=rows.offsets, outputs=("x", "P", "mode_probability"))
+    known = np.isfinite(estimate.x).all(axis=1)
+    results = dict(found.estimate.results)
+    for name in ("x", "P", "mode_probability"):
+        mask = known.reshape(-1, *(1,) * (results[name].ndim - 1))
+        results[name] = np.where(mask, estimate.results[name], results[name])
+    return replace(found, estimate=replace(found.estimate, results=results))
+
+
+def _table(rows: Placed, found: Found, measurements: Measurements) -> pl.DataFrame:
+    results = found.estimate.results | {"nis": np.full(len(found.id), np.nan), "nis_dof": np.zeros(len(found.id))}
+    table = tracks_table(rows, replace(found.estimate, results=results), measurements.absolute)
+    table = table.with_columns(
+        existence=found.existence, confirmed=found.confirmed, age=pl.Series(found.age, dtype=pl.Int32)
+    )
+    return table.drop("nis", "nis_dof")
+
+
+def _summary(
+    loaded: Loaded,
+    settings: Settings,
+    table: pl.DataFrame,
+    rejected: pl.DataFrame,
+    found: Found,
+    filter: Any,
+    sd: dict[str, float],
+    used: int,
+) -> dict[str, Any]:
+    times = table["time"]
+    origin = {name: "given" if name in settings.sensor_sd else "estimated" for name in sd}
+    line: dict[str, Any] = {"source": "plots", "rows": used, "groups": 1, "axes": filter.axes}
+    for name, value in sd.items():
+        line |= {f"{name}_sd": value, f"{name}_sd_from": origin[name]}
+    measurements = loaded.measurements
+    notes = [note for note in measurements.notes if not note.startswith("no identifier column")]
+    statuses = table["status"].value_counts(sort=True).iter_rows()
+    return {
+        "files": loaded.files,
+        "rows": loaded.count,
+        "accepted": used,
+        "rejected": dict(reasons(rejected)),
+        "targets": table["target"].n_unique(),
+        "parts": table["target"].n_unique(),
+        "start": plain(times.min()),
+        "end": plain(times.max()),
+        "columns": {role: name for role, name in measurements.named.items() if role != "target"},
+        "notes": notes,
+        "cleaning": {},
+        "noise": [line],
+        "filter": {f"{filter.axes} axes": words_for(filter)},
+        "status": {str(status): count for status, count in statuses},
+        "consistency": {},
+        "kind": settings.kind,
+        "smoothed": settings.smooth,
+        "gap_seconds": 0.0,
+        "predicted": int((found.estimate.status == Status.predicted).sum()),
+    }

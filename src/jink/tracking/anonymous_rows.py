@@ -1,0 +1,116 @@
+"""Rows of plots in scans, and rows of tracks made of them, as the filters and tables of `track` want them."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+
+from ..association.batch import Found
+from ..io.errors import InputError
+from ..io.geodesy import DevelopedFrame, SiteFrame
+from ..io.measurements import Measurements
+from .cleaning import measured_rows
+from .placing import Placed, lay
+
+
+def placed_plots(
+    measurements: Measurements, site: SiteFrame | None, period: float | None
+) -> tuple[Placed, np.ndarray, np.ndarray]:
+    """All plots with a position by time, where scans begin (and the end), and the time of each scan (s).
+
+    Places on the map are laid into the plane around their middle. Errors: InputError where scans cannot be told.
+    """
+    rows = measurements.rows.with_columns(measured_rows(measurements.rows, measurements.position))
+    rows = (
+        rows.filter("measured")
+        .with_columns(target=pl.lit("0"), part=pl.lit(0, pl.Int32))
+        .sort("time", maintain_order=True)
+    )
+    third = {"cartesian": "z", "polar": "elevation", "geographic": None}[measurements.position]
+    if third is None or third not in rows.columns or not bool(rows[third].is_finite().all()):
+        third = None
+    position = measurements.position
+    if position == "geographic" and rows.height:
+        site, rows = _in_the_plane(rows)
+        position = "cartesian"
+    placed = lay(rows, position, site, 3 if third else 2, third) if rows.height else _none(rows)
+    begin, time = _scans(rows["time"].to_numpy(), period)
+    return placed, begin, time
+
+
+def _none(rows: pl.DataFrame) -> Placed:
+    empty = np.zeros(0)
+    return Placed(rows, empty, np.zeros((0, 2)), np.zeros((0, 2)), empty, np.zeros(0, bool), 2, ("x", "y"), None)
+
+
+def _in_the_plane(rows: pl.DataFrame) -> tuple[SiteFrame, pl.DataFrame]:
+    """Distance and direction along the ground from the middle of all places (azimuthal equidistant)."""
+    from pyproj import Geod
+
+    latitude, longitude = rows["latitude"].to_numpy(), rows["longitude"].to_numpy()
+    around = np.exp(1j * np.radians(longitude)).mean()
+    centre = float(np.median(latitude)), float(np.degrees(np.angle(around)))
+    here = np.full(latitude.shape, centre[0]), np.full(latitude.shape, centre[1])
+    ahead, _, length = Geod(ellps="WGS84").inv(here[1], here[0], longitude, latitude)
+    course = np.radians(ahead)
+    return SiteFrame(*centre), rows.with_columns(x=length * np.sin(course), y=length * np.cos(course))
+
+
+def _scans(time: np.ndarray, period: float | None) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of one time are a scan; or, with a period, rows of one turn of the antenna, at their mean time."""
+    if not len(time):
+        return np.zeros(1, np.int64), time
+    if period is not None:
+        turn = np.floor((time - time[0]) / period + 1e-9).astype(np.int64)
+        begin = np.flatnonzero(np.r_[True, np.diff(turn) > 0])
+        return np.r_[begin, len(time)], time[0] + (turn[begin] + 0.5) * period
+    begin = np.flatnonzero(np.r_[True, np.diff(time) > 0])
+    if len(begin) > 0.7 * len(time) and len(time) > 20:
+        raise InputError(
+            f"plots have {len(begin):,} different times in {len(time):,} rows, so scans cannot be told; "
+            "give --period SECONDS, the time of one scan"
+        )
+    return np.r_[begin, len(time)], time[begin]
+
+
+def placed_tracks(plots: Placed, found: Found, scan_time: np.ndarray) -> Placed:
+    """The rows of tracks, by track: where a plot is taken its row, else the scan's time and nothing measured."""
+    new = np.r_[True, np.diff(found.id) != 0] if len(found.id) else np.zeros(0, bool)
+    seen = found.plot >= 0
+    at = np.where(seen, found.plot, 0)
+    number = np.cumsum(new)
+
+    def taken(values: np.ndarray) -> np.ndarray:
+        out = values[at].copy()
+        out[~seen] = np.nan
+        return out
+
+    source = plots.rows[at]
+    first = plots.rows["time"][0] if plots.rows.height else 0.0
+    plot_time = plots.rows["time"].to_numpy()[at]
+    absolute = np.where(seen, plot_time, scan_time[found.scan])
+    missing = pl.Series(~seen)
+    rows = source.select("file", "row", "source", *[n for n in ("position_sd", "altitude_sd") if n in source.columns])
+    rows = rows.with_columns(
+        row=pl.when(missing).then(None).otherwise(pl.col("row")),
+        target=pl.Series(number).cast(pl.String),
+        part=pl.lit(0, pl.Int32),
+        time=pl.Series(absolute),
+        measured=pl.Series(seen),
+    )
+    starts = np.flatnonzero(new)
+    since = absolute - first
+    since -= np.repeat(since[starts], np.diff(np.r_[starts, len(since)])) if len(starts) else 0.0
+    frame = plots.frame
+    assert not isinstance(frame, DevelopedFrame)
+    return Placed(
+        rows,
+        since,
+        taken(plots.z),
+        taken(plots.plane),
+        taken(plots.height),
+        new,
+        plots.axes,
+        plots.components,
+        frame,
+    )

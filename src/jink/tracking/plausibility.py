@@ -1,0 +1,288 @@
+"""What cannot be true of tracks: how it shows, the likely reason, and the option that mends it.
+
+Every check looks at the finished table of tracks, so that files and the API are checked alike. The limits are wide: a
+target of the right kind, in the right units, with one identity and honest time stamps passes all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from ..catalogue.targets import KINDS, Kind
+from .several import FACTOR, several_targets
+
+FEWEST = 10  # measured rows of a target; of fewer nothing is said
+TOO_FAST = 1.5  # times the kind's speed, by the median of a target
+ABSURD = 10.0  # times the kind's speed: no setting of a filter mends that
+TOO_SLOW = 0.02  # of the kind's speed, by the fastest of all targets
+TOO_HARD = 4.0  # times the kind's acceleration, by 90 % of the rows
+REJECTED = 0.2  # share of a target's measured rows that were gated or began a track anew
+JUMPS = 0.2  # share of steps that no target of the kind can make
+REJECTED_ROWS = 5  # of them at least
+HOPELESS = 0.4  # the same, above which the tracks are worth nothing
+LEAST_SD, LARGEST_SD = 0.005, 20e3  # m, of a position's estimated noise
+NIS_MEAN = (0.05, 5.0)  # per dimension
+NIS_ROWS = 100
+COARSE = 600.0  # s: an even step of at least this is a clock of minutes or hours
+OLDEST = datetime(1990, 1, 1, tzinfo=UTC)
+NAMED = 5  # targets that a finding names
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that cannot be true.
+
+    code: its name in `--json`; what was found; targets it holds for, the first few by name; count of them and of rows;
+    likely reason; mend: the option; fatal: nothing can be made of these targets.
+    """
+
+    code: str
+    what: str
+    targets: Sequence[str]
+    count: int
+    rows: int
+    likely: str
+    mend: str
+    fatal: bool = False
+
+    def sentence(self, of: int) -> str:
+        """For people; `of` is the number of all targets."""
+        if self.count == of:
+            who = "all targets" if of > 1 else f"target {self.targets[0]}"
+        else:
+            who = ", ".join(self.targets) + (f" and {self.count - NAMED} more" if self.count > NAMED else "")
+            who = f"target{'s' if self.count > 1 else ''} {who}"
+        return f"{who}: {self.what}. Likely: {self.likely}. {self.mend}"
+
+
+def findings(tracks: pl.DataFrame, noise: Sequence[dict[str, Any]], kind: str, consistency: dict[str, float]) -> Any:
+    """All findings of a run, and whether nothing plausible is left: every target is fatally wrong."""
+    targets = _by_target(tracks, KINDS[kind])
+    found = [
+        *_motion(targets, kind),
+        *_rejections(tracks, targets, KINDS[kind]),
+        *_stillness(targets),
+        *_noise(noise, targets),
+        *_times(tracks, targets),
+        *_consistency(tracks, targets, consistency),
+    ]
+    lost = {name for finding in found if finding.fatal for name in finding.targets}
+    hopeless = bool(lost) and sum(f.count for f in found if f.fatal) >= targets.height
+    return found, hopeless
+
+
+def as_dicts(found: Sequence[Finding], targets: int) -> list[dict[str, Any]]:
+    """What `--json` writes under `warnings`, with the sentence for people as `message`."""
+    return [
+        asdict(finding) | {"targets": list(finding.targets), "message": finding.sentence(targets)} for finding in found
+    ]
+
+
+def _by_target(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
+    """One row per target: counts and quantiles of what the checks look at."""
+    measured = pl.col("status") != "predicted"
+    settled = pl.col("status") == "updated"
+    acceleration = (
+        (pl.col("acceleration_x") ** 2 + pl.col("acceleration_y") ** 2).sqrt()
+        if "acceleration_x" in tracks.columns
+        else pl.lit(None, pl.Float64)
+    )
+    time = pl.col("time").dt.epoch("us") / 1e6 if isinstance(tracks.schema["time"], pl.Datetime) else pl.col("time")
+    leap = (pl.col("measured_x").diff() ** 2 + pl.col("measured_y").diff() ** 2).sqrt()
+    spread = [(pl.col(f"measured_{c}").max() - pl.col(f"measured_{c}").min()).alias(f"spread_{c}") for c in "xy"]
+    return (
+        tracks.lazy()
+        .group_by("target", maintain_order=True)
+        .agg(
+            measured.sum().alias("measured"),
+            pl.col("status").is_in(["gated", "restarted"]).sum().alias("rejected"),
+            pl.col("speed").filter(settled).median().alias("speed"),
+            pl.col("speed").filter(settled).quantile(0.95).alias("fast"),
+            acceleration.filter(settled).quantile(0.1).alias("acceleration"),
+            pl.col("speed").max().alias("fastest"),
+            (leap > FACTOR * kind.speed * time.diff()).mean().alias("jumps"),
+            *spread,
+        )
+        .collect()
+    )
+
+
+def _named(some: pl.DataFrame) -> dict[str, Any]:
+    return {"targets": some["target"].head(NAMED).to_list(), "count": some.height, "rows": int(some["measured"].sum())}
+
+
+def _motion(targets: pl.DataFrame, name: str) -> Iterator[Finding]:
+    """Speeds and accelerations against the kind's limits."""
+    kind = KINDS[name]
+    known = targets.filter(pl.col("measured") >= FEWEST)
+    for low, high, fatal in ((TOO_FAST, ABSURD, False), (ABSURD, np.inf, True)):
+        fast = known.filter((pl.col("speed") > low * kind.speed) & (pl.col("speed") <= high * kind.speed))
+        if fast.height:
+            yield Finding(
+                "too_fast",
+                f"half of the time faster than {_range(fast['speed'])} m/s; a target of kind {name} reaches about "
+                f"{kind.speed:g} m/s",
+                **_named(fast),
+                likely="a wrong unit of position or time"
+                if fatal
+                else "another kind of target, or a wrong unit of position or time",
+                mend=f"{_faster(fast['speed'].to_numpy().max())}--columns and --time-unit name units",
+                fatal=fatal,
+            )
+    hard = known.filter(
+        (pl.col("acceleration") > TOO_HARD * kind.acceleration) & (pl.col("speed") <= TOO_FAST * kind.speed)
+    )
+    if hard.height:
+        yield Finding(
+            "accelerates",
+            f"nine tenths of the time beyond {_range(hard['acceleration'])} m/s²; a {name} pulls about "
+            f"{kind.acceleration:g} m/s²",
+            **_named(hard),
+            likely="noise that is set too small, or several targets under one name",
+            mend="--sensor-sd sets the noise",
+        )
+    if name in ("aircraft", "fighter") and known.height:
+        top = float(np.nan_to_num(known["fast"].to_numpy()).max())
+        slower = [other for other, that in KINDS.items() if that.speed < kind.speed / 3 and that.speed >= top]
+        if 0 < top < TOO_SLOW * kind.speed and slower:
+            fitting = min(slower, key=lambda other: KINDS[other].speed)
+            yield Finding(
+                "too_slow",
+                f"none is faster than {top:.3g} m/s; a target of kind {name} reaches about {kind.speed:g} m/s",
+                **_named(known),
+                likely="another kind of target",
+                mend=f"--kind {fitting} expects up to {KINDS[fitting].speed:g} m/s",
+            )
+
+
+def _faster(speed: float) -> str:
+    kinds = sorted((kind.speed, name) for name, kind in KINDS.items() if kind.speed >= speed)
+    return f"--kind {kinds[0][1]} expects up to {kinds[0][0]:g} m/s; " if kinds else ""
+
+
+def _rejections(tracks: pl.DataFrame, targets: pl.DataFrame, kind: Kind) -> Iterator[Finding]:
+    """Targets whose positions the filter does not believe, told apart by whether several targets share a name."""
+    rejected = (pl.col("rejected") >= REJECTED_ROWS) & (pl.col("rejected") > REJECTED * pl.col("measured"))
+    suspect = targets.filter(rejected | (pl.col("jumps") > JUMPS))
+    shared = {name: count for name in suspect["target"] if (count := several_targets(tracks, name, kind)) > 1}
+    bad = suspect.filter(rejected | pl.col("target").is_in(list(shared))).with_columns(
+        (pl.col("rejected") > HOPELESS * pl.col("measured")).alias("hopeless")
+    )
+    for several in (True, False):
+        for hopeless in (True, False):
+            some = bad.filter((pl.col("target").is_in(list(shared)) == several) & (pl.col("hopeless") == hopeless))
+            if not some.height:
+                continue
+            share = int(some["rejected"].sum()) / int(some["measured"].sum())
+            if several:
+                most = max(shared[name] for name in some["target"])
+                what = (
+                    f"is in {most} places in turn, each of them plausible alone ({100 * share:.0f} % of rows rejected)"
+                )
+                likely = f"{most} targets under one name"
+                mend = "--columns target=NAME takes another identifier"
+            else:
+                what = f"{100 * share:.0f} % of the positions are not where the track can be"
+                likely = (
+                    "noise that is set too small, a wrong unit of time, another kind, or several targets under one name"
+                )
+                mend = "--sensor-sd, --time-unit, --kind or --columns target=NAME mends it"
+            yield Finding(
+                "several_targets" if several else "rejected",
+                what,
+                **_named(some),
+                likely=likely,
+                mend=mend,
+                fatal=hopeless,
+            )
+
+
+def _stillness(targets: pl.DataFrame) -> Iterator[Finding]:
+    still = targets.filter(
+        (pl.col("measured") >= FEWEST)
+        & (((pl.col("spread_x") < 1e-3) & (pl.col("spread_y") < 1e-3)) | (pl.col("fastest") == 0.0))
+    )
+    if still.height:
+        yield Finding(
+            "never_moves",
+            "never moves by a millimetre",
+            **_named(still),
+            likely="the wrong columns are taken for the position, its unit is wrong, or the source repeats one report",
+            mend="--columns names them (longitude_deg=X,latitude_deg=Y)",
+        )
+
+
+def _noise(noise: Sequence[dict[str, Any]], targets: pl.DataFrame) -> Iterator[Finding]:
+    """Estimated noise against what a sensor of positions can have."""
+    for line in noise:
+        sd = line.get("position_sd")
+        if sd is None or line.get("position_sd_from") != "estimated" or LEAST_SD <= sd <= LARGEST_SD:
+            continue
+        small = sd < LEAST_SD
+        yield Finding(
+            "noise_tiny" if small else "noise_huge",
+            f"the positions of {line['source']} scatter by {sd:.2g} m",
+            **_named(targets),
+            likely="positions that were smoothed or computed before, or a wrong unit"
+            if small
+            else "several targets under one name, or a wrong unit",
+            mend="--sensor-sd sets the noise; --columns names units and identifiers",
+            fatal=not small,
+        )
+
+
+def _times(tracks: pl.DataFrame, targets: pl.DataFrame) -> Iterator[Finding]:
+    """Dates that cannot be, and clocks that tick in minutes or hours."""
+    time = tracks["time"]
+    if isinstance(time.dtype, pl.Datetime):
+        wrong = tracks.filter((pl.col("time") < OLDEST) | (pl.col("time") > datetime.now(UTC) + timedelta(days=1)))
+        if wrong.height:
+            some = targets.filter(pl.col("target").is_in(wrong["target"].unique().to_list()))
+            yield Finding(
+                "dates",
+                f"dates from {wrong['time'].min():%Y-%m-%d} to {wrong['time'].max():%Y-%m-%d}",  # type: ignore[str-format]
+                **{**_named(some), "rows": wrong.height},
+                likely="a wrong unit or form of time, or a receiver's clock that was not set",
+                mend="--time-unit or --time-format says how time is written",
+            )
+        seconds = time.dt.epoch("ms").to_numpy() / 1e3
+    else:
+        seconds = time.to_numpy()
+    inside = (tracks["target"] == tracks["target"].shift(1)).fill_null(False).to_numpy()[1:]
+    step = np.diff(seconds)[inside]
+    step = step[step > 0]
+    if step.size >= FEWEST and step.min() >= COARSE and np.ptp(step) < 1e-6 * step[0]:
+        yield Finding(
+            "coarse_step",
+            f"every step is exactly {step[0]:g} s",
+            **_named(targets),
+            likely="time stamps that lost their minutes or seconds, or positions that were sampled before",
+            mend="--time-format or --columns time=NAME reads them; a track between such rows is a guess",
+        )
+
+
+def _consistency(tracks: pl.DataFrame, targets: pl.DataFrame, consistency: dict[str, float]) -> Iterator[Finding]:
+    """The innovations of all rows against what the filter says of them."""
+    scored = int(((tracks["status"] == "updated") & tracks["nis"].is_not_null()).sum())
+    mean = consistency.get("mean_per_dimension")
+    if mean is None or scored < NIS_ROWS or NIS_MEAN[0] <= mean <= NIS_MEAN[1]:
+        return
+    large = mean > NIS_MEAN[1]
+    yield Finding(
+        "inconsistent",
+        f"innovations are {np.sqrt(mean):.2g} times what the filter expects (mean NIS {mean:.2g} per dimension)",
+        **_named(targets),
+        likely="noise that is set too small, or another kind of target" if large else "noise that is set too large",
+        mend="--sensor-sd sets the noise, --kind the motion",
+    )
+
+
+def _range(values: pl.Series) -> str:
+    low, high = float(values.to_numpy().min()), float(values.to_numpy().max())
+    return f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
