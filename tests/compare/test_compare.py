@@ -46,7 +46,7 @@ def test_tuned_kalman_filter_on_lee_2003(lee):
     """The published constant velocity filter, tuned for normalised errors: .570/.091."""
     assert abs(lee.figure("kalman-cv", "normalised_position").value - 0.570) < 0.006
     assert lee.entrants["kalman-cv"].fitted and not lee.entrants["kalman-cv"].in_sample
-    assert lee.entrants["imm"].fitted == "other draws of these scenarios, in the search for the default"
+    assert lee.entrants["imm"].fitted == "the default's search, on other draws"
     assert lee.entrants["imm-cv-ca"].fitted and not lee.entrants["raw"].fitted
     assert not compare(short("wang-2010-circle", 40), runs=2).entrants["imm"].fitted
 

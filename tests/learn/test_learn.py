@@ -294,7 +294,7 @@ def test_what_cannot_be_done_is_said_before_anything_runs(case):
 
 def test_truth_of_other_targets_is_refused(recorded):
     done = command("nn-kf", recorded, "--truth", "px=true_y,py=true_x")
-    assert done.exit_code == 2 and "is it the truth of these targets" in done.stderr
+    assert done.exit_code == 2 and "Check that the truth is of these targets" in done.stderr
 
 
 def test_rules_need_true_velocities(recorded):

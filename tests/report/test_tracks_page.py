@@ -51,13 +51,13 @@ def test_many_rows_stay_small_and_quick(tmp_path, tracks, summary):
     assert sum(meta["targets"]["rows"]) == 300_000
     drawn = meta["arrays"]["time"]["length"]
     assert 50_000 < drawn < 200_000
-    assert "every number is computed from all rows" in text
+    assert "Every number is computed from all rows" in text
 
 
 def test_missing_columns_are_named(tmp_path):
-    with pytest.raises(ValueError, match="no column 'target'; found time, x"):
+    with pytest.raises(ValueError, match="expected a column 'target'; found time, x"):
         write_report(pl.DataFrame({"time": [0.0], "x": [1.0]}), tmp_path / "a.html", summary={})
-    with pytest.raises(ValueError, match="latitude, longitude or x, y; found target, time, x"):
+    with pytest.raises(ValueError, match="latitude and longitude, or x and y; found target, time, x"):
         write_report(pl.DataFrame({"target": ["a"], "time": [0.0], "x": [1.0]}), tmp_path / "a.html", summary={})
     assert list(tmp_path.iterdir()) == []
 

@@ -10,8 +10,8 @@ from .targets import KINDS, RARE
 
 # what the parameters that are not found here were found on, which a comparison has to say (docs/default-filters.md)
 FAMILIES = ("lee-2003", "random-accelerations", "random-accelerations-turned", "random-turns")
-SEARCHED = "other draws of these scenarios, in the search for the default"
-DESCENDED = "other draws of this scenario, on which filters of the same proportions were tuned"
+SEARCHED = "the default's search, on other draws"
+DESCENDED = "its proportions come from filters tuned on other draws"
 FLIGHTS = "its parameters were fitted on half of the flights of the collection quickstart of the package traffic"
 STAYS = Sojourn(seconds=[70.0, 16.0])
 

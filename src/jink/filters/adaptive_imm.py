@@ -1,4 +1,4 @@
-"""The adaptive IMM: modes of known acceleration around an estimate of it that runs beside them."""
+"""The adaptive IMM: its modes have known accelerations around an estimate that another filter makes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class AugmentedAcceleration:
 
 @dataclass(frozen=True, kw_only=True)
 class TwoStageAcceleration(AugmentedAcceleration):
-    """The same by the two-stage estimator: a filter without acceleration, and one of the acceleration from its
+    """The two-stage estimator of the same: a filter without acceleration, and one of the acceleration from its
     innovations.
 
     M⁻ = M + Qa, U = F V + G;  x = x̄ + V b. That is the augmented filter with the noise Qa [U; 1][U; 1]ᵀ in place of Qa

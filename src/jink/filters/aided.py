@@ -1,4 +1,4 @@
-"""A filter with a learned aid: a correction of what goes out, on top of any filter."""
+"""A filter with a learned aid, which corrects the estimates that the filter gives out."""
 
 from __future__ import annotations
 

@@ -136,8 +136,8 @@ class Bank:
 
     @property
     def counts_rows(self) -> bool:
-        """Is a row without a measurement more than the time that passes: to detectors, modes alive, or noise from
-        residuals?
+        """Does a row without a measurement do more than let time pass? It does for detectors, modes alive, and noise
+        from residuals.
         """
         d = self.declaration
         decides = d is not None and (d.proposal.kind != native.Propose.all or d.detection.window > 0)
@@ -145,7 +145,7 @@ class Bank:
 
     @property
     def numbers(self) -> Array:
-        """The numbers the engine runs on, those it can be differentiated by; see :mod:`jink.fit.gradient`."""
+        """The parameters of the engine by which it can be differentiated; see :mod:`jink.fit.gradient`."""
         return np.asarray(native.numbers(self.engine))
 
     @property

@@ -1,4 +1,4 @@
-"""The "current" statistical model and its fuzzy limits: acceleration noise from the acceleration itself."""
+"""The "current" statistical model and its fuzzy limits: the estimated acceleration sets the acceleration noise."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def facs(
     outliers: Outliers | None = None,
     initial: TwoPoint | OnePoint | Prior | None = None,
 ) -> Kalman:
-    """The fuzzy adaptive "current" statistical filter: the same with limits that move with the acceleration."""
+    """The fuzzy adaptive "current" statistical filter: as :func:`csaf`, with limits that follow the acceleration."""
     motion: Any = CurrentStatistical(
         limits=limits or FuzzyLimits(),
         time_constant=time_constant,

@@ -1,4 +1,4 @@
-"""Fuzzy process noise: Sugeno rules over the residual and its change say how much of it a mode has in this scan."""
+"""Fuzzy process noise: Sugeno rules over the residual and its change set the noise of a mode in each scan."""
 
 from __future__ import annotations
 

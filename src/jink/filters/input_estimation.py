@@ -1,4 +1,4 @@
-"""Input estimation: a Kalman filter that finds the acceleration its innovations betray, and corrects itself by it."""
+"""Input estimation: a Kalman filter that estimates an acceleration from its innovations and corrects itself by it."""
 
 from __future__ import annotations
 

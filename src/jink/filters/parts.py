@@ -1,4 +1,4 @@
-"""What a composition has beyond motion models, a sensor and a chain, in the form the native engine takes it."""
+"""The parts of a filter besides motion models, sensor and chain, in the form the native engine takes."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def adapts(motion: Any) -> bool:
 
 
 def is_fixed(mode: native.Mode) -> bool:
-    """Has a mode the same noise, and no known acceleration of its own, in every scan?"""
+    """Does a mode have the same noise in every scan and no known acceleration of its own?"""
     adaptive = mode.adaptation.kind != native.Adapt.none or mode.kind == native.MotionKind.two_stage
     return not adaptive and not mode.level
 

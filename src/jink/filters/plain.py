@@ -24,7 +24,7 @@ def write(body: dict[str, Any], path: str | os.PathLike[str]) -> None:
 
 
 def plain(value: Any) -> Any:
-    """A declaration as JSON holds it. Errors: TypeError for code, which JSON does not hold."""
+    """A declaration in the form JSON holds. Errors: TypeError for code, which JSON cannot hold."""
     if is_dataclass(value) and not isinstance(value, type) and type(value).__module__.startswith("jink."):
         given = {f.name: plain(getattr(value, f.name)) for f in fields(value)}
         return {"kind": type(value).__name__, **{k: v for k, v in given.items() if v is not None}}

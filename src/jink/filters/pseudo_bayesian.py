@@ -1,4 +1,4 @@
-"""Several modes that interact otherwise than in the IMM: pseudo-Bayesian of first and second order, and not at all."""
+"""Other multiple-model filters than the IMM: pseudo-Bayesian of first and second order, and without interaction."""
 
 from __future__ import annotations
 

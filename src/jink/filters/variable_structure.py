@@ -1,4 +1,4 @@
-"""Variable-structure IMM: of many modes, only those that the last scan makes likely are run in the next."""
+"""Variable-structure IMM: each scan runs only those of its many modes that the scan before makes likely."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class _Digraph(_VariableStructure):
 
 
 class DigraphSwitching(_Digraph):
-    """Variable-structure IMM by digraph switching: alive are the neighbours of the likeliest mode, itself included.
+    """Variable-structure IMM by digraph switching: the likeliest mode and its neighbours are alive.
 
     A(k+1) = {j: neighbour of argmaxᵢ μᵢ(k)};  cⱼ = Σ_{i ∈ A(k)} Π⁺ᵢⱼ μᵢ for j ∈ A(k+1), the IMM's recursion over these.
     Π⁺: a mode that stays alive stays with its own probability, the rest goes to the neighbours that are alive, in
@@ -118,7 +118,7 @@ class DigraphSwitching(_Digraph):
 
 
 class ActiveDigraph(_Digraph):
-    """Variable-structure IMM by active digraph: alive are the ``alive`` likeliest modes of the next scan.
+    """Variable-structure IMM by active digraph: the ``alive`` likeliest modes of the next scan are alive.
 
     A(k+1) = the modes of the largest cⱼ = Σ_{i ∈ A(k)} Πᵢⱼ μᵢ(k), over the whole graph; then as
     :class:`DigraphSwitching`, with the same arguments. Source: Li, Hybrid estimation techniques, Control and Dynamic
@@ -189,7 +189,7 @@ class AdaptiveGrid(_VariableStructure):
 
 
 def neighbours(modes: int, transition: Any, graph: Sequence[Sequence[int]] | None) -> list[list[int]]:
-    """Of each mode those it may change to, itself included: as given, or where transition is not zero."""
+    """For each mode the modes it may change to, itself included: as given, or where transition is not zero."""
     _, matrix = transition_rule(transition, None, modes)
     near = [np.flatnonzero(row) for row in matrix] if graph is None else graph
     if len(near) != modes:

@@ -1,4 +1,4 @@
-"""An adaptive network-based fuzzy inference system, as data: what is trained is in :mod:`jink.learn.anfis`."""
+"""An adaptive network-based fuzzy inference system as data; :mod:`jink.learn.anfis` trains it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A learned aid to a filter: what it takes for inputs, what it corrects, and where it keeps silent."""
+"""A learned aid to a filter: its inputs, what it corrects, and where it corrects nothing."""
 
 from __future__ import annotations
 

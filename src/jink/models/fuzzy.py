@@ -61,7 +61,7 @@ class FuzzyRules:
 
     @classmethod
     def constant(cls, acceleration_sd: float, spread: float) -> FuzzyRules:
-        """One rule, which says the same everywhere; spread (m) is the size of residual it was thought for."""
+        """One rule with the same answer everywhere; spread (m) is the size of the residuals it is made for."""
         return cls(((0.0, 0.0),), ((spread, spread),), (acceleration_sd**2,))
 
     def __len__(self) -> int:

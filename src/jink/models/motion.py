@@ -236,7 +236,7 @@ class NativeMotion(Protocol):
 
 
 class OwnMotion(Protocol):
-    """A motion model of the user's own, at the least; more in :mod:`jink.stepwise`."""
+    """The least that a user's own motion model must have; :mod:`jink.stepwise` says what more it can have."""
 
     def f(self, x: Any, dt: Any) -> Any:
         """The states x (B, n) after dt (B,) seconds."""

@@ -1,4 +1,4 @@
-"""A small multilayer network, as data: what is trained is in :mod:`jink.learn.mlp`."""
+"""A small multilayer network as data; :mod:`jink.learn.mlp` trains it."""
 
 from __future__ import annotations
 

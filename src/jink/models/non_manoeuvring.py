@@ -12,7 +12,7 @@ NEAR = 4.0  # times the least noise's sd: what is still as good as straight
 
 
 def non_manoeuvring_modes(motions: Sequence[Any], axes: int) -> tuple[bool, ...]:
-    """Of each mode whether a target in it flies straight; all False where the modes do not tell manoeuvres apart.
+    """For each mode, whether its target flies straight; all False where the modes do not tell manoeuvres apart.
 
     Straight is a motion model that is not ``manoeuvring`` (constant velocity, a known acceleration or turn rate of
     zero). Among several with noise the noise says it: no more than 4 times the least of them (as sd), and nearer to the

@@ -1,4 +1,4 @@
-"""What is not the target's: the share of outliers, and how far off they may lie."""
+"""Measurements that are not of the target: the share of outliers, and how far off they may lie."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -219,7 +219,7 @@ class Bearing(Observed):
         return from_site(truth, self.components, self.axes, self.site, self.reference)
 
     def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
-        """All round."""
+        """The azimuth can differ by a full circle."""
         return (2 * pi,)
 
 
@@ -353,7 +353,7 @@ def _extents(outliers: Outliers | None, kinds: str) -> list[float]:
 
 
 class OwnSensor(Protocol):
-    """A sensor of the user's own, at the least; more in :mod:`jink.stepwise`."""
+    """The least that a user's own sensor must have; :mod:`jink.stepwise` says what more it can have."""
 
     R: Any
 

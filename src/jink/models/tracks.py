@@ -74,7 +74,7 @@ class Tracks:
         return self.heads(tracks, self.lengths[tracks])
 
     def heads(self, tracks: np.ndarray, lengths: np.ndarray) -> Tracks:
-        """So many rows from the beginning of each of these tracks."""
+        """The given number of rows from the beginning of each of these tracks."""
         offsets = np.r_[0, np.cumsum(lengths)]
         rows = np.repeat(self.first[tracks] - offsets[:-1], lengths) + np.arange(offsets[-1])
         return replace(self, **self._cut(OF_ROWS, rows), **self._cut(OF_TRACKS, tracks), offsets=offsets)
@@ -139,7 +139,7 @@ class Tracks:
 
 
 def joined(parts: Sequence[Tracks]) -> Tracks:
-    """Tracks laid end to end; of each row and track what all of them know."""
+    """Tracks laid end to end; only what all of them know about rows and tracks is kept."""
 
     def all_of(name: str) -> Any:
         each = [getattr(part, name) for part in parts]

@@ -39,7 +39,7 @@ def learned(
         except ValueError as reason:
             if not str(reason).startswith("unknown model"):
                 raise
-            raise Unfit("it is not among the models that come with the package") from None
+            raise Unfit("its trained model does not come with the package") from None
 
     return make
 

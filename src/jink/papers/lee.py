@@ -177,13 +177,12 @@ def draw(races: Mapping[str, Race]) -> list[Drawing]:
 
 
 READINGS = (
-    "Number of scans, the windows' ends and Pa0 are not stated: 180 scans, ends inclusive, Pa0 = 1e-3 km²/s⁴.",
-    "Every filter runs along each axis by itself, mode probabilities included; ε is in km/s², the rules' outputs "
-    "are variances and their "
-    "residuals in km; start by two points.",
-    "Normalised error: RMS error over the measurements' in every scan, axes pooled, averaged over scans 3 to "
-    "180; the measured velocity is "
-    "the difference of two positions.",
+    "The paper does not state the number of scans, the windows' ends and Pa0. Here they are 180 scans, inclusive ends "
+    "and Pa0 = 1e-3 km²/s⁴.",
+    "Every filter runs along each axis by itself, with mode probabilities of its own. ε is in km/s². The rules' "
+    "outputs are variances, their residuals are in km. Tracks start from two points.",
+    "The normalised error is the RMS error divided by that of the measurements. It is taken in every scan over all "
+    "axes and averaged over scans 3 to 180. The measured velocity is the difference of two positions.",
     "The two-stage estimator's 0.01 and 0.001 km/s² are standard deviations per scan. Its printed S(k) = H "
     "U(k−1) is read as H U(k).",
     "V(0) is not stated: [0; T/2], which is what the two first positions leave of an unknown acceleration.",

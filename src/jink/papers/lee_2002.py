@@ -16,7 +16,7 @@ LEE_2002 = Paper(
     draw=lee.errors,
     readings=(
         *lee.READINGS,
-        "The rule set behind 0.5107/0.0818 is not printed: “fuzzy-imm” runs the tables of lee-2003.",
+        "The paper does not print the rule set behind 0.5107/0.0818; “fuzzy-imm” uses the tables of lee-2003.",
         "“Error/scan” is not defined here; lee-2003, which has the same figures for both adaptive IMMs, defines it.",
         "The conclusions speak of two scenarios; one is described, and run here.",
         "The likelihood prints S where S⁻¹ belongs.",

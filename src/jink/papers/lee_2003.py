@@ -20,8 +20,8 @@ LEE_2003 = Paper(
         "The published figures come from 100 runs: their standard error is √(runs/100) times the one shown here.",
         "The GA of the paper's size with λ = 0.95 leaves one rule per sub-model, which is a constant; with λ = 1 it "
         "keeps several, and “pos ÷ its constants” says what they add.",
-        "The published rules work as three constant noise levels: see “constants” beside “fuzzy-imm”.",
+        "The published rules act like three constant noise levels; compare “constants” with “fuzzy-imm”.",
         "A single tuned Kalman filter (kalman-cv) beats both adaptive IMMs.",
-        "The two-stage recursion with noise on its bias is not optimal: see “two-stage” beside “augmented”.",
+        "The two-stage recursion with noise on its bias is not optimal; compare “two-stage” with “augmented”.",
     ),
 )

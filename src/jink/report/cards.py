@@ -111,7 +111,7 @@ def consistency_card(check: Consistency, gated: int) -> str:
     """Share of NIS inside its band, the shares on either side, and the histogram of F(NIS)."""
     n = int(check.compared.sum())
     if n == 0:
-        return _card("Consistency", "<p>No NIS in these tracks: nothing to compare.</p>")
+        return _card("Consistency", "<p>These tracks have no NIS, so there is nothing to compare.</p>")
     inside, below, above = (int(v.sum()) / n for v in (check.inside, check.below, check.above))
     table = _pairs(
         {
@@ -124,9 +124,9 @@ def consistency_card(check: Consistency, gated: int) -> str:
     )
     share = f'<p class="big" id="nis-overall">{_percent(inside)} <small>of NIS inside the 95 % band</small></p>'
     note = (
-        '<p class="note">Bars level with the dashed line: errors are as large as the filter believes. '
-        "More on the right: larger; on the left: smaller. With several modes the NIS is of their combined "
-        "innovation, for which chi-square is a guide, not an exact law.</p>"
+        '<p class="note">Where the bars are level with the dashed line, errors are as large as the filter believes. '
+        "Higher bars on the right mean larger errors, on the left smaller ones. With several modes the NIS is that of "
+        "their combined innovation; then chi-square is a guide, not an exact law.</p>"
     )
     figure = f"<h4>Where NIS falls in its chi-square distribution</h4>{_histogram(check)}"
     return _card("Consistency", share + table + figure + note)

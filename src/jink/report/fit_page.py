@@ -22,9 +22,8 @@ WIDE = "column-span: all"  # of a card over all columns
 SHOWN = 3  # tracks drawn in full: most gained, middle, most lost
 AROUND = 31  # rows that innovations are averaged over
 PARTS = (
-    "<p>Share of held-out NIS inside its 95 % band, ± standard error over targets; 90 to 98 % is as it should "
-    "be. Parts are told "
-    "by the positions around each row, readings that only repeat are left out.</p>"
+    "<p>Share of held-out NIS inside its 95 % band, ± standard error over targets. A consistent filter has 90 to "
+    "98 %. The positions around a row decide to which part it belongs. Repeated readings are left out.</p>"
 )
 
 
@@ -104,7 +103,7 @@ def _track(before: _Followed, after: _Followed, b: int) -> str:
             Line("before", _smooth(before.ratio[rows]), "second"),
             Line("after", _smooth(after.ratio[rows]), "accent"),
         ]
-        drawn = lines(time, upper, f"innovations over their sd (rms of {AROUND} rows; 1: as believed)")
+        drawn = lines(time, upper, f"innovations over their sd (rms of {AROUND} rows; 1 is expected)")
         gained = np.cumsum(after.density[rows] - before.density[rows])
         drawn += lines(time, [Line("after − before", gained, "accent")], "log-likelihood gained so far")
     lower = [
@@ -168,10 +167,13 @@ def _candidates(search: Search) -> str:
 def _histogram(check: Consistency) -> str:
     n = int(check.compared.sum())
     if not n:
-        return "<p>No NIS to compare.</p>"
+        return "<p>These tracks have no NIS, so there is nothing to compare.</p>"
     share = 100 * int(check.inside.sum()) / n
     counts = check.histogram / max(check.histogram.mean(), 1e-12)
-    words = f"<p>{share:.1f} % of NIS inside the 95 % band; bars level with 1 mean that errors are as believed</p>"
+    words = (
+        f"<p>{share:.1f} % of NIS lie inside the 95 % band. Where the bars are level with 1, errors are as large as "
+        "the filter believes.</p>"
+    )
     return words + bars(counts, "times the expected count", level=1.0)
 
 

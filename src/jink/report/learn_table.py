@@ -19,7 +19,7 @@ def show(learned: Learned) -> None:
     for line in lines if len(lines) <= FEW else (each for each in lines if each.startswith("mode")):
         print_line(console, f"  {line}")
     if len(lines) > FEW:
-        print_line(console, "  --report shows all of them in words", "dim")
+        print_line(console, "  --report shows all rules in words", "dim")
     console.print()
     show_race(learned.race)
     console.print()

@@ -13,7 +13,7 @@ from .shell import PLAN_AND_CHARTS, escape, fill, page, version, write_page
 
 _SCRIPTS = (*PLAN_AND_CHARTS, "race_plan.js", "race_panels.js", "race.js")
 _METRICS = {"position_rmse": "position RMSE, m", "prediction_rmse": "RMS prediction error, m"}
-_CHOSEN = {True: "not chosen for its looks", False: "the one with most scored rows"}
+_CHOSEN = {True: "picked without regard to its result", False: "the track with most scored rows"}
 _LEGEND = '<span class="key truth">truth</span> <span class="key busy">manoeuvring</span> '
 _SHOWN = 10  # filters that are drawn at first
 
@@ -72,8 +72,8 @@ def _hint(race: Race) -> str:
     if race.unit == "runs":
         more = "Bands: ± 2 standard errors over runs. The ribbon shows where the target manoeuvres."
     else:
-        more = "What is far above the chosen filter is cut off."
-    return f"Drag to zoom in time, double-click for all of it. {more}"
+        more = "Curves far above the chosen filter are cut off."
+    return f"Drag to zoom in time; double-click to show the whole time. {more}"
 
 
 def _comparisons(race: Race) -> str:
@@ -102,27 +102,29 @@ def _cards(race: Race, command: str) -> list[str]:
         setup["seen by"] = race.seen
     setup |= {"scored": f"{race.runs:,} {race.unit}, seed {race.seed}", "made by": f"jink {version()}"}
     if race.unit == "runs":
-        setup["counted"] = "scans from the third on; the unit of every standard error is a run"
+        setup["counted"] = "scans from the third on; every standard error is computed over runs"
         setup["common random numbers"] = "all filters saw the same truth and the same measurements"
     if race.bound:
         setup["PCRB"] = (
             "position {:.4g} m, velocity {:.4g} m/s: posterior Cramér–Rao bound for filters that know the "
             "manoeuvres".format(race.bound["position_rmse"], race.bound["velocity_rmse"])
         )
-    again = f"<h4>Do it again</h4><p><code>{escape(command)}</code></p>" if command else ""
+    again = f"<h4>Command that repeats this</h4><p><code>{escape(command)}</code></p>" if command else ""
     cards = [_card("Set-up", _pairs(setup) + again)]
     filters = []
     for name in ordered(race):
         entrant = race.entrants[name]
         said = [entrant.words]
         if entrant.fitted:
-            said.append("fitted on these very runs" if entrant.in_sample else f"fitted: {entrant.fitted}")
+            said.append(
+                "fitted on the same runs that are scored here" if entrant.in_sample else f"fitted: {entrant.fitted}"
+            )
         said += [entrant.note] if entrant.note else []
         filters.append((name, "; ".join(said)))
-    cards.append(_card("The filters, in words", _pairs(dict(filters))))
+    cards.append(_card("The filters in words", _pairs(dict(filters))))
     cards.append(
         _card(
-            "What may be said",
+            "Conclusions and notes",
             "<ul>" + "".join(f"<li>{escape(line)}</li>" for line in remarks(race)[1:]) + "</ul>",
         )
     )

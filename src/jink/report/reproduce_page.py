@@ -31,7 +31,7 @@ def page(outcomes: Sequence[Outcome]) -> str:
 
 def _paper(outcome: Outcome) -> str:
     paper = outcome.paper
-    partial = " Interrupted: only some of the runs." if outcome.partial else ""
+    partial = " Interrupted, so only some of the runs are counted." if outcome.partial else ""
     tables = "".join(_sheet(sheet) for sheet in sheets(outcome))
     drawings = "" if outcome.partial else "".join(drawn(d) for d in paper.draw(outcome.races))
     figures = f'<h3>Figures redrawn</h3><div class="drawings">{drawings}</div>' if drawings else ""

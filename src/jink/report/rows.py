@@ -54,9 +54,9 @@ def read_rows(tracks: pl.DataFrame) -> TrackRows:
     found = tracks.columns
     for needed in ("target", "time"):
         if needed not in found:
-            raise ValueError(f"tracks: no column {needed!r}; found {', '.join(found) or 'none'}")
+            raise ValueError(f"tracks: expected a column {needed!r}; found {', '.join(found) or 'none'}")
     if not ({"latitude", "longitude"} <= set(found) or {"x", "y"} <= set(found)):
-        raise ValueError(f"tracks: expected columns latitude, longitude or x, y; found {', '.join(found)}")
+        raise ValueError(f"tracks: expected columns latitude and longitude, or x and y; found {', '.join(found)}")
     clock, seconds = _seconds(tracks["time"])
     part = pl.col("part").cast(pl.Int64).fill_null(0) if "part" in found else pl.lit(0, dtype=pl.Int64)
     frame = tracks.with_columns(

@@ -259,9 +259,9 @@ def _footer(drawn: int, total: int, listed: int, targets: int) -> str:
     if drawn == total:
         text = f"All {group(total)} rows are drawn."
     else:
-        text = f"{group(drawn)} of {group(total)} rows are drawn, chosen to keep the shape of every curve; "
-        text += "every number is computed from all rows."
+        text = f"{group(drawn)} of {group(total)} rows are drawn, chosen to keep the shape of every curve. "
+        text += "Every number is computed from all rows."
     if listed < targets:
-        text += f" Of {group(targets)} targets the {group(listed)} with most rows are shown;"
-        text += " the consistency is that of all."
+        text += f" Of {group(targets)} targets the {group(listed)} with most rows are shown."
+        text += " The consistency is that of all targets."
     return text

@@ -11,7 +11,7 @@ async function loadData() {
   const packed = new Uint8Array(text.length);
   for (let i = 0; i < text.length; i++) packed[i] = text.charCodeAt(i);
   if (typeof DecompressionStream === "undefined") {
-    throw new Error("this browser cannot unpack the data: Chrome 80, Firefox 113 or Safari 16.4 is needed");
+    throw new Error("this browser cannot unpack the data; use Chrome 80, Firefox 113, Safari 16.4 or a later one");
   }
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   const bytes = new Uint8Array(await new Response(stream).arrayBuffer());

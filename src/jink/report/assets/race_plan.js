@@ -83,7 +83,7 @@ function planTracks(meta, arrays, state) {
     describe(t, row) {
       const i = row - t * n, lines = [formatTime(arrays.time[i], false, { step: 0.1 })];
       if (t >= shift && run.truth) lines.push(`${formatNumber(Math.hypot(X[row] - X[i], Y[row] - Y[i]), 3)} m from the truth`);
-      if (arrays.busy[i]) lines.push("the target manoeuvres");
+      if (arrays.busy[i]) lines.push("the target is manoeuvring");
       return lines.join("\n");
     },
   };
