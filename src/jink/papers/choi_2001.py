@@ -173,31 +173,28 @@ CHOI_2001 = Paper(
     experiments=experiments,
     draw=draw,
     readings=(
-        "Circles are R (cos ωk, sin ωk), k = 1 … 20, about the origin; scenario 3's line starts where its circle "
-        "ends; “10/π” is π/10.",
+        "Circles are R (cos ωk, sin ωk), k = 1 … 20, about the origin. The line of scenario 3 starts where its circle "
+        "ends. “10/π” is read as π/10.",
         "Process noise variance q means Q = q [¼ ½; ½ 1] per axis (T = 1), levels 1, 6, …, 196; both axes share it.",
-        "Start by two points; position RMS over scans 3 to 20.",
+        "Tracks start from two points. The position RMS covers scans 3 to 20.",
         "The network's first input is printed as “measurement noise var.”; it is read as the process noise variance "
         "used last. “The filter whose estimation error is smallest” needs the truth: at run time it is the filter with "
         "that last variance.",
         "A training label is the mean of two levels, that of least error along x and that along y, since the network "
         "says one number.",
         "Digraph switching mixes one joint covariance of both axes (four components), not one for each axis.",
-        "Digraph switching: active are the modes within ±1 (or ±2) places of the most probable one after each "
-        "scan; start on q = 1; "
-        "stay 0.95, the rest equally to the active neighbours. None of this is stated, nor how the paper's three "
-        "columns differ: "
-        "their mean is shown.",
-        "Of the mode-based design the paper gives no bank, no figures and as its rule “like choosing k modes”: "
-        "here a network scores six "
-        "of the levels (1, 6, 16, 41, 91, 196) from the last weights and log NIS of each, and the best three "
-        "share the estimate.",
+        "Digraph switching: after each scan the modes within ±1 (or ±2) places of the most probable one are active. "
+        "The start is on q = 1. A mode stays with probability 0.95; the active neighbours share the rest equally. "
+        "The paper states none of this. Nor does it say how its three columns differ, so their mean is shown.",
+        "The paper gives no bank and no figures for the mode-based design; its rule is “like choosing k modes”. "
+        "Here a network scores six of the levels (1, 6, 16, 41, 91, 196). It takes the last weights and the log NIS "
+        "of each level. The best three share the estimate.",
     ),
     remarks=(
-        "Mode delay: scans from a change of the target until the mode leads that leads at the end of that phase, where "
-        "it is another one than before. A filter that keeps one mode throughout has none.",
-        "Digraph switching in scenario 2, published as 5.98, is not reached by any reading, nor does one reading "
-        "give all four columns.",
-        "Most published figures for scenarios 2 to 4 are worse than not filtering (1.41, “raw”).",
+        "Mode delay counts the scans from a change of the target until the right mode leads: the one that leads at the "
+        "end of that phase. Only phases count whose right mode is new. A filter that keeps one mode has no delay.",
+        "No reading reaches the 5.98 published for digraph switching in scenario 2. No single reading gives all four "
+        "columns.",
+        "Most published figures for scenarios 2 to 4 are worse than those without a filter (1.41, “raw”).",
     ),
 )
