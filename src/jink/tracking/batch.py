@@ -126,11 +126,22 @@ def run(
     loaded: Loaded, settings: Settings, progress: Progress | None = None, anonymous: Anonymous | None = None
 ) -> Tracked:
     """Clean, place, filter; the summary says what was done. Plots without identity are given to targets first, where
-    that is asked for, or where the table shows it. Raises InputError when no track is left."""
+    that is asked for, or where the table shows it. Raises InputError when no track is left, or none is plausible."""
+    if anonymous is not None or is_anonymous(loaded.measurements):
+        tracked = Tracked(*run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress))
+    else:
+        tracked = _run_named(loaded, settings, progress)
+    found, hopeless = findings(tracked.tracks, tracked.summary["noise"], settings.kind, tracked.summary["consistency"])
+    if hopeless and settings.check:
+        raise InputError(_implausible(found, tracked.summary["targets"]))
+    tracked.summary["warnings"] = as_dicts(found, tracked.summary["targets"])
+    return tracked
+
+
+def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) -> Tracked:
+    """Rows that say whose they are."""
     began = clock.perf_counter()
     measurements = loaded.measurements
-    if anonymous is not None or is_anonymous(measurements):
-        return Tracked(*run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress))
     prepared = prepare(measurements, settings)
     cleaned, groups = prepared.cleaned, prepared.groups
     rejected = together(measurements.rejected + cleaned.rejected)
@@ -152,10 +163,6 @@ def run(
         tracks = tracks.sort("target", "time", maintain_order=True)
     summary = summarise(loaded, cleaned, rejected, groups, tracks)
     summary |= {"kind": settings.kind, "smoothed": settings.smooth, "gap_seconds": prepared.pace.gap}
-    found, hopeless = findings(tracks, summary["noise"], settings.kind, summary["consistency"])
-    if hopeless and settings.check:
-        raise InputError(_implausible(found, summary["targets"]))
-    summary["warnings"] = as_dicts(found, summary["targets"])
     return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
 
 

@@ -269,9 +269,10 @@ def _times(tracks: pl.DataFrame, targets: pl.DataFrame) -> Iterator[Finding]:
 
 def _consistency(tracks: pl.DataFrame, targets: pl.DataFrame, consistency: dict[str, float]) -> Iterator[Finding]:
     """The innovations of all rows against what the filter says of them."""
-    scored = int(((tracks["status"] == "updated") & tracks["nis"].is_not_null()).sum())
     mean = consistency.get("mean_per_dimension")
-    if mean is None or scored < NIS_ROWS or NIS_MEAN[0] <= mean <= NIS_MEAN[1]:
+    if mean is None or NIS_MEAN[0] <= mean <= NIS_MEAN[1]:
+        return
+    if ((tracks["status"] == "updated") & tracks["nis"].is_not_null()).sum() < NIS_ROWS:
         return
     large = mean > NIS_MEAN[1]
     yield Finding(
