@@ -256,7 +256,9 @@ void Many::learn(double, int sensor) {
     const double share = view.clutter / (view.clutter + view.detection * view.undetected);
     if (view.learning) {
         const double rate = std::max(0.05, 1.0 / (2.0 + view.scans));
-        view.clutter = std::max((1.0 - rate) * view.clutter + rate * sum * share / view.area, 1e-3 / view.area);
+        // A burst counts as four times the usual, so that it is soon forgotten.
+        const double seen = std::min(sum * share, 4.0 * view.clutter * view.area + 10.0);
+        view.clutter = std::max((1.0 - rate) * view.clutter + rate * seen / view.area, 1e-3 / view.area);
     }
     ++view.scans;
     if (view.scanning) view.undetected *= 1.0 - view.detection;
