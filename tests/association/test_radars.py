@@ -159,3 +159,33 @@ def test_asynchronous_reports_make_no_track_miss():
     after = [t.scan(40.0 + 0.2 * k, [[1.4e4 + 20.0 * k, 2e4]], "ads-b") for k in range(1, 15)][-1]
     assert before.confirmed.sum() == after.confirmed.sum() == 2
     assert after.existence[after.confirmed].min() > 0.99
+
+
+def test_a_late_scan_is_taken_as_if_it_had_come_in_time():
+    sky = sky_called("sky-parallel")
+    scans = sky.run(6, 3).scans[:40]
+    plain, patient = tracker(sky), tracker(sky, history=4)
+    for scan in scans:
+        want = plain.scan(scan.time, scan.z)
+    order = list(range(40))
+    # some come one to four scans late
+    for k in (3, 10, 11, 20, 30):
+        order.insert(min(k + 1 + k % 4, 39), order.pop(k))
+    assert order != sorted(order)
+    for k in order:
+        found = patient.scan(scans[k].time, scans[k].z)
+    assert found.time == want.time and np.array_equal(found.ids, want.ids)
+    assert np.array_equal(found.existence, want.existence) and np.array_equal(found.estimate.x, want.estimate.x)
+
+
+def test_what_is_too_late_is_counted():
+    sky = sky_called("sky-parallel")
+    scans = sky.run(6, 3).scans[:20]
+    t = tracker(sky, history=3)
+    for scan in scans[1:]:
+        before = t.scan(scan.time, scan.z)
+    after = t.scan(scans[0].time, scans[0].z)
+    assert after.report == {"late": len(scans[0].z)} and after.time == before.time
+    assert np.array_equal(after.estimate.x, before.estimate.x)
+    with pytest.raises(ValueError, match="history: expected a whole number"):
+        tracker(sky, history=-1)
