@@ -97,7 +97,8 @@ class LiveOne : public Live<double> {
         components(z, columns, values);
         check_time(time);
         if (started(0) && time < time_of(0)) throw nb::value_error("t: lies before the last update; updates must come in the order of time");
-        if (sensor < 0 || sensor >= int(c->sensors.size())) throw nb::value_error("sensor: there is no sensor of that index");
+        if (const int last = int(c->sensors.size()) - 1; sensor < 0 || sensor > last)
+            throw nb::value_error(("sensor: expected an index from 0 to " + std::to_string(last) + ", got " + std::to_string(sensor)).c_str());
         for (int r = 0; r < columns; ++r)
             if (std::isinf(values[r])) throw nb::value_error("z: is infinite; a missing component is NaN or None");
         Rows rows{&time, true, values};
