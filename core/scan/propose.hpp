@@ -4,7 +4,7 @@
 // From one scan to the next, sources are the modes alive before, targets those alive now (Li & Bar-Shalom, IEEE Trans. AC-41(4),
 // 1996): mode i stays with its own probability, and the rest goes to those it may change to that are alive, in proportion.
 //   digraph    the neighbours of the likeliest mode. Li & Bar-Shalom, 1996: digraph switching.
-//   active     the likeliest modes of the next scan, as predicted over the whole graph. Li, Zwi & Zhang, IEEE Trans. AES-35(1), 1999.
+//   active     the likeliest modes of the next scan, as predicted over the whole graph. Li, Control and Dynamic Systems 76, 1996.
 //   grid       three points of an ordered set, about the mean of the last three. Jilkov, Angelova & Semerdjiev, IEEE Trans. AES-35(1), 1999.
 //   dimension  constant velocity or constant acceleration, as a detector switches (variable_dimension.hpp).
 #pragma once

@@ -93,10 +93,13 @@ def unknown(what: str, name: str, known: Iterable[str]) -> str:
     return f"unknown {what} {name!r}{nearest}\n  Known: {', '.join(names)}"
 
 
+MOST_THREADS = 4096  # the engine starts no more than are of use
+
+
 def thread_count(threads: int | None) -> int:
     """As many threads as asked for, or one for each core there is leave to run on."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if int(threads) != threads or threads < 1:
         raise ValueError(f"threads: expected a whole number from 1, got {threads!r}")
-    return int(threads)
+    return min(int(threads), MOST_THREADS)

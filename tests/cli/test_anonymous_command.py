@@ -191,3 +191,13 @@ def test_the_same_in_python(sky):
     assert found.tracks["target"].n_unique() == 2 and found.rejected.height + found.summary["accepted"] == table.height
     with pytest.raises(ValueError, match="unknown option 'detektion'; did you mean detection"):
         jink.track(table, anonymous={"detektion": 0.9})
+
+
+def test_one_aircraft_in_dense_clutter_is_found_without_any_hint(tmp_path):
+    status, _, _ = run("simulate", "sky-dense", "--runs", 1, "--seed", 5, "-o", tmp_path / "s.parquet")
+    assert status == 0
+    status, said, _ = run("track", tmp_path / "s.parquet", "--json")
+    summary = json.loads(said)
+    assert status == 0 and summary["targets"] == 1 and summary["rows"] > 5000
+    assert summary["noise"][0]["position_sd"] == pytest.approx(50, rel=0.25)
+    assert any("new targets an hour (estimated)" in note for note in summary["notes"])

@@ -133,7 +133,8 @@ class Textbook:
         self._judge()
         share = self.clutter / (self.clutter + self.detection * self.undetected)
         rate = max(0.05, 1 / (2 + self.scans))
-        self.clutter = max((1 - rate) * self.clutter + rate * lone.sum() * share / self.area, 1e-3 / self.area)
+        seen = min(lone.sum() * share, 4 * self.clutter * self.area + 10)
+        self.clutter = max((1 - rate) * self.clutter + rate * seen / self.area, 1e-3 / self.area)
         self.undetected *= 1 - self.detection
         self.scans += 1
 

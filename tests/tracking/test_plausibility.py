@@ -140,6 +140,11 @@ def test_the_command_refuses_what_cannot_be(tmp_path):
     assert done.exit_code == 0 and out.exists()
 
 
+def test_columns_that_are_not_used_are_listed():
+    data = straight().with_columns(colour=pl.lit("red"))
+    assert jink.track(data, details=True).summary["unused_columns"] == ["colour"]
+
+
 def test_every_code_is_explained():
     source = Path(plausibility.__file__).read_text(encoding="utf-8")
     page = (Path(__file__).parents[2] / "docs/warnings.md").read_text(encoding="utf-8")

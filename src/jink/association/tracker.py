@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._engine import native
-from ..checks import Array, covariance, numbers, positive, probability, thread_count
+from ..checks import Array, covariance, numbers, positive, probability, thread_count, whole
 from ..estimate import Estimate
 from ..filters.rows import row_noise
 from ..models.radar import Radar
 from ..times import seconds
 from .batch import run_table
 from .extent import Extent
+from .history import History
 from .picture import Picture
 from .rules import association_called, check_filter, named_radars
 
@@ -29,7 +30,8 @@ class Tracker:
     them. drop_after: seconds without a plot after which a track ends; None: existence alone decides. stay: mean seconds
     that a target stays in view. speed_sd (m/s): of a velocity before the second plot. association: marginal, gnn,
     nearest, pda or jpda. report: from this existence on, tracks that are not confirmed are in the picture too.
-    threads: 1, or None for all cores.
+    history: a scan may be late by so many scans; it is then taken as if it had come in time. threads: 1, or None for
+    all cores.
     Method: docs/many-targets.md. Errors: ValueError or TypeError naming the argument.
     """
 
@@ -45,6 +47,7 @@ class Tracker:
         speed_sd: float = SPEED_SD,
         association: str = "marginal",
         report: float = 0.5,
+        history: int = 0,
         threads: int | None = 1,
     ) -> None:
         check_filter(filter)
@@ -54,6 +57,7 @@ class Tracker:
             if value is not None:
                 positive(name, value, zero=True)
         self.new_per_hour, self.targets = new_per_hour, targets
+        self.history = whole("history", history, 0, 1000)
         self.report = report if report == 0 else probability("report", report)
         rules = native.ManyRules()
         rules.association = association_called(association)
@@ -91,6 +95,10 @@ class Tracker:
 
     def reset(self) -> None:
         """Forget all tracks, and what was learned of the clutter."""
+        self._history = History(self.history)
+        self._begin()
+
+    def _begin(self) -> None:
         views = []
         for radar in self.radars.values():
             view = native.SensorView()
@@ -125,18 +133,35 @@ class Tracker:
 
         times (m,) of each plot, where the scan takes time as a turning antenna's does: each track is then predicted to
         the time of the plot nearest to it; ``time`` is that of the middle of the scan, for tracks without one.
-        time (s or a date) must not run back. covariance (m, k) variances or (m, k, k) of each plot, instead of the
-        sensor's; code (m,) whole numbers from 0 where a plot says who it is (Mode S, MMSI), −1 where not.
+        time (s or a date) must not run back by more than ``history`` scans. covariance (m, k) variances or (m, k, k) of
+        each plot, instead of the sensor's; code (m,) whole numbers from 0 where a plot says who it is (Mode S, MMSI),
+        −1 where not.
         Errors: ValueError naming the argument.
         """
-        which = self._index(sensor)
         t = float(seconds(time))
         if not np.isfinite(t):
             raise ValueError(f"time: expected a time, got {time!r}")
-        if t < self._many.time:
+        now = self._many.time
+        scan = (t, plots, sensor, covariance, code, times)
+        if t < now and not self.history:
             raise ValueError(
-                f"time: {t:g} s lies before the last scan, at {self._many.time:g} s; scans must be in order"
+                f"time: {t:g} s lies before the last scan, at {now:g} s; scans must be in order, or history= some scans"
             )
+        if not self.history:
+            return self._scan(*scan)
+        taken = self._history.take(t, scan, now, self.save, self._restore, self._scan)
+        return self._picture(now, {"late": self._history.late}) if taken is None else taken
+
+    def _scan(
+        self,
+        t: float,
+        plots: ArrayLike,
+        sensor: str | None,
+        covariance: ArrayLike | None,
+        code: ArrayLike | None,
+        times: ArrayLike | None,
+    ) -> Picture:
+        which = self._index(sensor)
         z = self._plots(plots, which)
         self._prepare(which, z)
         noise = None if covariance is None else row_noise(covariance, len(z), z.shape[1])
@@ -245,10 +270,14 @@ class Tracker:
 
     def load(self, state: bytes) -> None:
         """Go on from a saved state. Errors: ValueError where it is that of another tracker."""
+        self._history = History(self.history)
+        self._restore(state)
+
+    def _restore(self, state: bytes) -> None:
         size = 48 * len(self.radars)
         if len(state) < size:
             raise ValueError("state: is cut short, or was saved by another tracker")
-        self.reset()
+        self._begin()
         self._many.restore(state[size:])
         for k, numbers_ in enumerate(np.frombuffer(state[:size]).reshape(-1, 6)):
             self._extents[k] = Extent.of(numbers_[:5].tolist())

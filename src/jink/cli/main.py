@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from typing import Annotated, Any
 
@@ -60,4 +61,6 @@ def root(
 
 def main() -> Any:
     """Run the command line; `python -m jink` calls itself jink as well."""
+    # A command that is told to stop takes its temporary files away, as it does on Ctrl-C.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     return app(prog_name="jink")

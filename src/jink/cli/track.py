@@ -379,7 +379,7 @@ def _run_live(request: TrackRequest) -> int:
 
 def _run_files(request: TrackRequest) -> int:
     from ..io.files import expand
-    from ..io.writing import MAPS, check_writable, format_of
+    from ..io.writing import MAPS, check_apart, check_writable, format_of
 
     began = clock.perf_counter()
     if request.quiet and not (request.output or request.report or request.json):
@@ -391,11 +391,10 @@ def _run_files(request: TrackRequest) -> int:
     output = Path(request.output) if request.output and not answered else None
     report = Path(request.report) if request.report else None
     kind = format_of(output) if output else ""
-    inputs = {path.resolve() for path in expand(request.inputs)}
-    for path in filter(None, (output, report)):
+    outputs = [path for path in (output, report) if path]
+    for path in outputs:
         check_writable(path)
-        if path.resolve() in inputs:
-            raise InputError(f"{path} is an input; the output needs another name")
+    check_apart([*outputs, *map(rejected_path, outputs[:1])], expand(request.inputs))
     reading, settings = settings_of(request)
     anonymous = anonymous_of(request)
     with _progress(request) as progress:

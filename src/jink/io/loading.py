@@ -156,4 +156,5 @@ def _together(parts: list[Measurements], files: list[str]) -> Measurements:
         first.absolute,
         first.named,
         list(dict.fromkeys(note for part in parts for note in part.notes)),
+        list(dict.fromkeys(name for part in parts for name in part.unused)),
     )

@@ -51,6 +51,7 @@ class Measurements:
     absolute: bool
     named: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    unused: list[str] = field(default_factory=list)
 
 
 def measure(
@@ -110,7 +111,15 @@ def measure(
     rejected, good = _reject(rows, problems)
     kept = rows.filter(pl.Series(good))
     named = {role: column.shown or column.name for role, column in sheet.roles.items()}
-    return Measurements(kept, rejected, sheet.position, times.absolute, named, noticed + target_note + sheet.notes)
+    notes = noticed + target_note + sheet.notes
+    return Measurements(kept, rejected, sheet.position, times.absolute, named, notes, _unused(sheet, named))
+
+
+def _unused(sheet: Sheet, named: dict[str, str]) -> list[str]:
+    """Columns that nothing was read from; what was made from several is shown by their names."""
+    used = {column.name for column in sheet.roles.values()}
+    used |= {column.name for found in sheet.others.values() for column in found}
+    return [name for name in sheet.names if name not in used and not any(name in shown for shown in named.values())]
 
 
 def _positions(sheet: Sheet, altitude_unit: str | None) -> tuple[dict[str, np.ndarray], list[Problem]]:

@@ -6,7 +6,7 @@ import gzip
 import json
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -56,24 +56,56 @@ def check_writable(path: Path) -> None:
         raise InputError(f"the output {path} cannot be written: no permission to write in {folder}")
 
 
+def check_apart(written: Sequence[Path], read: Iterable[Path]) -> None:
+    """Errors: InputError where a file would be written over an input, or two would be written under one name."""
+    inputs = {_true(path) for path in read}
+    seen: dict[Path, Path] = {}
+    for path in written:
+        true = _true(path)
+        if true in inputs:
+            raise InputError(f"{path} is an input; the output needs another name")
+        if true in seen:
+            raise InputError(f"{path} would be written twice; outputs need different names")
+        seen[true] = path
+
+
+def _true(path: Path) -> Path:
+    """What a name stands for, links followed."""
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError):
+        raise InputError(f"{path} cannot be used: its links lead round in a circle") from None
+
+
 @contextmanager
 def atomically(*paths: Path) -> Iterator[list[Path]]:
     """Temporary files beside the targets; on success all are renamed into place, on failure none is left."""
     temporary: list[Path] = []
     try:
         for path in paths:
-            handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+            handle, name = tempfile.mkstemp(prefix=".jink-", suffix=".part", dir=path.parent)
             os.close(handle)
             temporary.append(Path(name))
         yield temporary
         mask = os.umask(0)
         os.umask(mask)
-        for source, path in zip(temporary, paths, strict=True):
+        for source in temporary:
             os.chmod(source, 0o666 & ~mask)
+            _to_disk(source)
+        for source, path in zip(temporary, paths, strict=True):
             os.replace(source, path)
     finally:
         for source in temporary:
             source.unlink(missing_ok=True)
+
+
+def _to_disk(path: Path) -> None:
+    """So that a file with its final name is whole even after a power cut."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 def write_tracks(tracks: pl.DataFrame, path: Path | IO[bytes], kind: str) -> None:

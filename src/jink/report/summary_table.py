@@ -9,6 +9,8 @@ from typing import Any
 from ..tracking.summary import CLEANED
 from .terminal import standard_output
 
+UNUSED = 12  # columns that are named
+
 
 def show(summary: dict[str, Any]) -> None:
     """Print the summary on standard output, in colour if the terminal has it."""
@@ -36,6 +38,12 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
         "Columns",
         ", ".join(f"{role} = {name}" if role != name else role for role, name in summary["columns"].items()),
     )
+    unused = summary.get("unused_columns", [])
+    if unused:
+        yield (
+            "Not used",
+            ", ".join(unused[:UNUSED]) + (f" and {len(unused) - UNUSED} more" if len(unused) > UNUSED else ""),
+        )
     done = [
         f"{count:,}  {CLEANED[name]}"
         for name, count in summary["cleaning"].items()
@@ -82,11 +90,16 @@ def _figure(line: dict[str, Any], name: str) -> str:
     unit, factor = ("mrad", 1000.0) if name in ("azimuth", "elevation") else ("m", 1.0)
     origin = line[f"{name}_sd_from"]
     if f"{name}_sd_range" in line and origin == "estimated":
-        low, high = (f"{factor * value:.2g}" for value in line[f"{name}_sd_range"])
+        low, high = (_short(factor * value) for value in line[f"{name}_sd_range"])
         origin += f"; {low} to {high} {unit} by target"
     stated = line.get(f"{name}_sd_stated_rows")
     origin += f"; as the source states in {stated:,} rows" if stated else ""
-    return f"{name} {factor * line[f'{name}_sd']:.2g} {unit} ({origin})"
+    return f"{name} {_short(factor * line[f'{name}_sd'])} {unit} ({origin})"
+
+
+def _short(value: float) -> str:
+    """Two digits, and no power of ten for what is larger."""
+    return f"{value:.2g}" if value < 100.0 else f"{float(f'{value:.2g}'):.0f}"
 
 
 def _times(start: Any, end: Any) -> str:

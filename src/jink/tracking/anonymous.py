@@ -1,7 +1,8 @@
 """Plots without identity to tracks: scans are made of rows, targets of scans.
 
-What is not given is estimated: a first pass assumes the kind's usual noise and a detection probability of 0.9, its
-tracks say what both are, and further passes use that. The density of false plots is learned on the way.
+What is not given is estimated: a first pass assumes the kind's usual noise and a detection probability of 0.9. Its
+tracks say what both are, and how many targets come into view, and further passes use that. The density of false plots
+is learned on the way.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from ..io.measurements import DIMENSIONS, Measurements
 from ..io.rejected import together
 from ..models.radar import Radar
 from .anonymous_rows import placed_plots, placed_tracks
-from .noise_level import NoiseLevel, noise_levels
+from .beliefs import Beliefs, Given, assumed
 from .output import tracks_table
 from .placing import Placed
 from .prepare import Pace, Settings, choose
@@ -34,8 +35,7 @@ from .summary import plain, reasons, words_for
 
 SHARED = 0.3  # of the times: if so many are shared by several rows, a table without identity holds several targets
 APART = 0.05  # of what the table spans: rows of one time nearer to each other may be one target and a coarse clock
-FIRST_DETECTION = 0.9
-PASSES = 4  # at most, until noise and detection probability change by less than 5 %
+PASSES = 4  # at most, until what is believed changes by less than 5 %
 
 Progress = Callable[[str, int, int], None]
 
@@ -107,20 +107,17 @@ def run_anonymous(
     if not plots.rows.height:
         raise InputError("no plot is left: no row has a position")
     interval = float(np.median(np.diff(scan_time))) if len(scan_time) > 1 else 1.0
-    sd = _assumed(plots, settings)
-    detection = how.detection or FIRST_DETECTION
-    for _ in range(PASSES if how.detection is None or not settings.sensor_sd else 0):
-        before = {**sd, "detection": detection}
-        found, _, _ = _pass(plots, begin, scan_time, sd, settings, how, detection, interval, None)
+    believed = assumed(plots, settings, how.detection, how.new_per_hour)
+    given = Given(settings, how.detection is not None, how.new_per_hour is not None)
+    for _ in range(PASSES):
+        found, _, _ = _pass(plots, begin, scan_time, believed, settings, how, interval, None)
         if not len(found.id):
             break
-        if how.detection is None:
-            detection = _detection(found)
-        if not settings.sensor_sd:
-            sd = _noise(placed_tracks(plots, found), sd, settings)
-        if all(abs(value / before[name] - 1) < 0.05 for name, value in {**sd, "detection": detection}.items()):
+        before = believed
+        believed = believed.corrected(found, placed_tracks(plots, found), scan_time, given)
+        if believed.like(before):
             break
-    found, filter, tracker = _pass(plots, begin, scan_time, sd, settings, how, detection, interval, progress)
+    found, filter, tracker = _pass(plots, begin, scan_time, believed, settings, how, interval, progress)
     if not len(found.id):
         raise InputError(
             f"no track was confirmed in {len(scan_time):,} scans of {plots.rows.height:,} plots; "
@@ -134,19 +131,21 @@ def run_anonymous(
     used[found.plot[found.plot >= 0]] = True
     unused = plots.rows.filter(~used).select("file", "row").with_columns(reason=pl.lit("in no track: a false plot"))
     rejected = together([*measurements.rejected, unused])
-    summary = _summary(loaded, settings, table, rejected, found, filter, sd, int(used.sum()))
+    summary = _summary(loaded, settings, table, rejected, found, filter, believed.sd, int(used.sum()))
     clutter = ", ".join(f"{count:.3g}" for count in tracker.clutter_per_scan.values())
     how_said = "as asked" if asked else "the table has no identity column and several rows of one time"
     summary["notes"] += [
         f"plots have no identity ({how_said}): {len(scan_time):,} scans of {interval:g} s, "
         f"association {how.association}",
-        f"detection probability {detection:.2f} ({'estimated' if how.detection is None else 'given'})",
+        f"detection probability {believed.detection:.2f} ({'estimated' if how.detection is None else 'given'})",
+        f"about {believed.new_per_hour or 0:.3g} new targets an hour "
+        f"({'estimated' if how.new_per_hour is None else 'given'})",
         f"about {clutter} false plots per scan (learned)",
     ]
     for name, what in (("crowded", "more plots in a gate than are looked at"), ("full", "no room for more tracks")):
         if found.counts[name]:
             summary["notes"].append(f"{found.counts[name]:,} scans had {what}")
-    summary["association"] = {"detection": detection, "association": how.association, **found.counts}
+    summary["association"] = {"detection": believed.detection, "association": how.association, **found.counts}
     return table, rejected, summary | {"seconds": clock.perf_counter() - began}
 
 
@@ -154,20 +153,20 @@ def _pass(
     plots: Placed,
     begin: np.ndarray,
     scan_time: np.ndarray,
-    sd: dict[str, float],
+    believed: Beliefs,
     settings: Settings,
     how: Anonymous,
-    detection: float,
     interval: float,
     progress: Progress | None,
 ) -> tuple[Found, Any, Tracker]:
-    _, filter = choose(plots.components, sd, Pace.of(interval, settings), settings)
-    radar = Radar(detection=detection, clutter_per_scan=how.clutter)
+    _, filter = choose(plots.components, believed.sd, Pace.of(interval, settings), settings)
+    radar = Radar(detection=believed.detection, clutter_per_scan=how.clutter)
     try:
         tracker = Tracker(
             filter,
             radar,
-            new_per_hour=how.new_per_hour,
+            new_per_hour=believed.new_per_hour,
+            targets=believed.targets,
             drop_after=how.drop_after,
             speed_sd=kind_of(settings.kind).speed / 2,
             association=how.association,
@@ -178,39 +177,6 @@ def _pass(
     own = None if how.period is None else plots.rows["time"].to_numpy()
     step = (lambda done, total: progress("tracking", done, total)) if progress else None
     return track_scans(tracker, Scans(scan_time, begin, plots.z, own=own), step), filter, tracker
-
-
-def _assumed(plots: Placed, settings: Settings) -> dict[str, float]:
-    """The noise that was given, and what is usual for the rest."""
-    usual = {"position": kind_of(settings.kind).position_sd, "altitude": 10.0, "z": 10.0}
-    polar = {"range": 50.0, "azimuth": 2e-3, "elevation": 2e-3, "altitude": 30.0}
-    names = plots.components if plots.components[0] == "range" else ("position", *(("altitude",) * (plots.axes - 2)))
-    known = polar if plots.components[0] == "range" else usual
-    given = settings.sensor_sd
-    return {name: given.get(name, given.get("z", known[name]) if name == "altitude" else known[name]) for name in names}
-
-
-def _noise(tracks: Placed, sd: dict[str, float], settings: Settings) -> dict[str, float]:
-    """The noise as the tracks of the first pass show it."""
-    measured = np.isfinite(tracks.z[:, 0])
-    if measured.sum() < 30:
-        return sd
-    level: NoiseLevel = noise_levels(tracks, settings.sensor_sd, settings.kind)
-    return {name: float(level.typical.get(name, value)) for name, value in sd.items()}
-
-
-def _detection(found: Found) -> float:
-    """Share of scans with a plot, from each track's confirmation to its last plot."""
-    hits = scans = 0
-    for rows in np.split(np.arange(len(found.id)), np.flatnonzero(np.diff(found.id)) + 1):
-        sure, seen = found.confirmed[rows], found.plot[rows] >= 0
-        inner = (
-            rows[np.argmax(sure) + 1 : len(rows) - np.argmax(seen[::-1]) - 1] if sure.any() and seen.any() else rows[:0]
-        )
-        hits += int((found.plot[inner] >= 0).sum())
-        scans += len(inner)
-    # one success and one failure more than were seen, so that it is neither 0 nor 1
-    return float(np.clip((hits + 1) / (scans + 2), 0.3, 0.99)) if scans else FIRST_DETECTION
 
 
 def _smoothed(found: Found, filter: Any, rows: Placed) -> Found:

@@ -22,6 +22,7 @@ from ..io.loading import Reading, recognised
 from ..io.measurements import Measurements, measure
 from ..io.writing import plain_times
 from .live_order import Order, Waiting, in_the_future
+from .live_watch import Watch
 from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD
 from .output import OFF, ON, tracks_table
 from .placing import Placed, lay
@@ -53,6 +54,7 @@ class Followed:
     manoeuvring: bool | None = None
     segment: int = 0
     order: Order = field(default_factory=Order)
+    watch: Watch = field(default_factory=Watch)
     parts: int = 1
 
 
@@ -198,6 +200,9 @@ class LiveTracks:
             self._choose_anew(target, position, third)
         target.rows += 1
         states.append(_advance(target, row, now, z, measured, position))
+        if self.settings.check:
+            for warning in target.watch.look(row["target"], states[-1].status, target.speed, self.settings.kind):
+                self._say(warning)
         return None
 
     def _tell_pace(self, step: float) -> None:

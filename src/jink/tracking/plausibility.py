@@ -29,7 +29,7 @@ HOPELESS = 0.4  # the same, above which the tracks are worth nothing
 LEAST_SD, LARGEST_SD = 0.005, 20e3  # m, of a position's estimated noise
 NIS_MEAN = (0.05, 5.0)  # per dimension
 NIS_ROWS = 100
-COARSE = 600.0  # s: an even step of at least this is a clock of minutes or hours
+COARSE = 1800.0  # s: an even step of at least this is a clock of half hours or hours
 OLDEST = datetime(1990, 1, 1, tzinfo=UTC)
 NAMED = 5  # targets that a finding names
 

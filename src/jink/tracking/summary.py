@@ -50,6 +50,7 @@ def summarise(
         "start": plain(times.min()),
         "end": plain(times.max()),
         "columns": loaded.measurements.named,
+        "unused_columns": loaded.measurements.unused,
         "notes": notes,
         "cleaning": {name: count for name, count in cleaned.counts.items() if name in CLEANED},
         "noise": [line | {"axes": group.placed.axes} for group in groups for line in group.level.sources],
