@@ -40,7 +40,7 @@ LABELLED = ("nnvsmm", "nnvsmm-modes")
 class LearnRequest:
     """Learn fuzzy rules or networks from targets whose truth is known.
 
-    The filter that comes of it is checked on data it has not seen.
+    The learned filter is checked on data that it has not seen.
     """
 
     name: Annotated[
