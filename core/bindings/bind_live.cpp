@@ -51,10 +51,14 @@ double seconds(nb::handle t) {
     return nb::cast<double>(nb::module_::import_("jink.times").attr("seconds")(t));
 }
 
+nb::builtin_exception wrong_count(int columns, size_t got) {
+    return nb::value_error(("z: expected " + std::to_string(columns) + " components, as the sensor measures, got " + std::to_string(got)).c_str());
+}
+
 // A measurement's components from a number, a sequence (None is missing) or an array.
 void components(nb::handle z, int columns, double *to) {
     if (PyFloat_Check(z.ptr()) || PyLong_Check(z.ptr())) {
-        if (columns != 1) throw nb::value_error("z: one number given where the sensor measures several components");
+        if (columns != 1) throw wrong_count(columns, 1);
         *to = PyFloat_AsDouble(z.ptr());
         return;
     }
@@ -63,7 +67,7 @@ void components(nb::handle z, int columns, double *to) {
         return;
     }
     if (PyTuple_Check(z.ptr()) || PyList_Check(z.ptr())) {
-        if (PySequence_Size(z.ptr()) != columns) throw nb::value_error("z: has not as many components as the sensor measures");
+        if (PySequence_Size(z.ptr()) != columns) throw wrong_count(columns, size_t(PySequence_Size(z.ptr())));
         for (int r = 0; r < columns; ++r) {
             nb::handle item = PyTuple_Check(z.ptr()) ? PyTuple_GET_ITEM(z.ptr(), r) : PyList_GET_ITEM(z.ptr(), r);
             to[r] = item.is_none() ? NAN : PyFloat_AsDouble(item.ptr());
@@ -82,7 +86,7 @@ void components(nb::handle z, int columns, double *to) {
     }
     Const array;
     if (!nb::try_cast(z, array)) throw nb::type_error("z: expected numbers, a sequence or an array of floats");
-    if (int(array.size()) != columns) throw nb::value_error("z: has not as many components as the sensor measures");
+    if (int(array.size()) != columns) throw wrong_count(columns, array.size());
     std::copy(array.data(), array.data() + columns, to);
 }
 
@@ -97,7 +101,8 @@ class LiveOne : public Live<double> {
         components(z, columns, values);
         check_time(time);
         if (started(0) && time < time_of(0)) throw nb::value_error("t: lies before the last update; updates must come in the order of time");
-        if (sensor < 0 || sensor >= int(c->sensors.size())) throw nb::value_error("sensor: there is no sensor of that index");
+        if (const int last = int(c->sensors.size()) - 1; sensor < 0 || sensor > last)
+            throw nb::value_error(("sensor: expected an index from 0 to " + std::to_string(last) + ", got " + std::to_string(sensor)).c_str());
         for (int r = 0; r < columns; ++r)
             if (std::isinf(values[r])) throw nb::value_error("z: is infinite; a missing component is NaN or None");
         Rows rows{&time, true, values};

@@ -17,7 +17,7 @@ from .picture import Picture
 
 @dataclass(frozen=True)
 class Scans:
-    """Plots in scans: rows begin[k] to begin[k + 1] of z are scan k, at time[k], of sensor[k]; own: of plots."""
+    """Plots in scans: rows begin[k] to begin[k + 1] of z are scan k, at time[k], of sensor[k]; own: times of plots."""
 
     time: Array
     begin: NDArray[np.int64]

@@ -22,14 +22,16 @@ class Extent:
     count: float = 0.0
 
     def take(self, points: Array) -> None:
-        """More plots (n, 2 or more axes)."""
+        """Add plots (n, 2 or more axes)."""
         if len(points):
             self.low = [min(a, float(b)) for a, b in zip(self.low, points.min(axis=0), strict=False)]
             self.high = [max(a, float(b)) for a, b in zip(self.high, points.max(axis=0), strict=False)]
             self.count += len(points)
 
     def area(self, radar: Radar, others: Sequence[Radar], sd: float) -> float:
-        """As declared, else the plots' box, at least as large as what others declare and as the noise makes likely.
+        """The declared area, or else that of the plots' box.
+
+        It is at least as large as that of other radars and as the noise makes likely.
 
         n points uniform on a side span (n − 1)/(n + 1) of it.
         """
@@ -42,11 +44,11 @@ class Extent:
 
     @property
     def numbers(self) -> list[float]:
-        """For saving."""
+        """The box as numbers, for saving."""
         return [*self.low, *self.high, self.count]
 
     @classmethod
     def of(cls, numbers: Sequence[float]) -> Extent:
-        """From saved numbers."""
+        """The box of saved numbers."""
         a, b, c, d, n = (float(v) for v in numbers)
         return cls([a, b], [c, d], n)

@@ -20,14 +20,14 @@ ASSOCIATIONS: dict[str, native.Association] = {
 
 
 def association_called(name: str) -> native.Association:
-    """Errors: ValueError naming all."""
+    """The association of this name. Errors: ValueError that lists all names."""
     if name not in ASSOCIATIONS:
         raise ValueError(unknown("association", name, ASSOCIATIONS))
     return ASSOCIATIONS[name]
 
 
 def named_radars(sensors: Any) -> dict[str, Radar]:
-    """One radar, several, or several by name."""
+    """The radars by name, from one radar, a list or a dictionary."""
     if isinstance(sensors, Radar):
         return {sensors.name: sensors}
     if isinstance(sensors, Mapping):

@@ -258,18 +258,18 @@ class Tracker:
 
     @property
     def clutter_per_scan(self) -> dict[str, float]:
-        """What each sensor is believed to see per scan that is not there."""
+        """The estimated number of false plots per scan of each sensor."""
         views = [self._many.view(k) for k in range(len(self.radars))]
         return {name: view.clutter * view.area for name, view in zip(self.radars, views, strict=True)}
 
     def save(self) -> bytes:
-        """All tracks and what was learned, for :meth:`load` of a tracker made alike."""
+        """All tracks and what was learned, for :meth:`load` of a tracker with the same arguments."""
         views = [self._many.view(k) for k in range(len(self.radars))]
         head = [[*e.numbers, view.area] for e, view in zip(self._extents, views, strict=True)]
         return np.array(head).tobytes() + self._many.save()
 
     def load(self, state: bytes) -> None:
-        """Take up a saved state. Errors: ValueError for one of another tracker."""
+        """Go on from a saved state. Errors: ValueError where it is that of another tracker."""
         self._history = History(self.history)
         self._restore(state)
 

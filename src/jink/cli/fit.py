@@ -183,7 +183,9 @@ def _search(request: FitRequest, options: dict[str, Any], output: Path | None, r
 
     for option, given in {"--checkpoint": request.checkpoint, "--resume": request.resume}.items():
         if given:
-            raise InputError(f"{option} does not go with --search, which always begins anew; --minutes limits its time")
+            raise InputError(
+                f"{option} cannot be used with --search, which always begins anew; use --minutes to limit it"
+            )
     objective, ahead = options.pop("objective"), options.pop("ahead")
     training = training_data(request.data, **options)
     with progress_line(not (request.quiet or request.json)) as say:

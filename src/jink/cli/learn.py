@@ -40,7 +40,7 @@ LABELLED = ("nnvsmm", "nnvsmm-modes")
 class LearnRequest:
     """Learn fuzzy rules or networks from targets whose truth is known.
 
-    The filter that comes of it is checked on data it has not seen.
+    The learned filter is checked on data that it has not seen.
     """
 
     name: Annotated[
@@ -125,8 +125,8 @@ class LearnRequest:
         str | None,
         typer.Option(
             metavar="M/S²,…|NAME",
-            help="Accelerations of the modes. Default: 1, 10 and 100 % of the kind's. Of an aid what it looks at: "
-            "innovations (default) or titi-guney.",
+            help="For fuzzy-imm: accelerations of the modes. Default: 1, 10 and 100 % of the kind's. "
+            "For an aid: its inputs, innovations (default) or titi-guney.",
         ),
     ] = None
     process_sd: Annotated[
@@ -160,7 +160,7 @@ class LearnRequest:
         typer.Option(
             metavar="N",
             rich_help_panel=NETWORKS,
-            help="Membership functions of each input of anfis-kf. Default: 2; of titi-guney's inputs 4.",
+            help="Membership functions of each input of anfis-kf. Default: 2, or 4 with titi-guney's inputs.",
         ),
     ] = None
     membership: Annotated[
@@ -199,7 +199,7 @@ class LearnRequest:
         typer.Option(
             "--argmin-labels",
             rich_help_panel=NETWORKS,
-            help="The same for nnvsmm with the published labels: at each scan the filter of least error.",
+            help="Learn nnvsmm from the published labels: at each scan the filter of least error.",
             **FLAG,
         ),
     ] = False

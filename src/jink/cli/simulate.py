@@ -73,7 +73,8 @@ def _run(request: SimulateRequest) -> int:
     file_format = format_of(output)
     if file_format in MAPS:
         raise InputError(
-            f"the output {output} cannot be {MAPS[file_format]}: scenarios are on no map; write to .parquet or .csv"
+            f"the output {output} cannot be {MAPS[file_format]}: scenarios have no place on a map; "
+            "write to .parquet or .csv"
         )
     check_writable(output)
     if output.exists() and Path(request.name).exists() and output.samefile(request.name):
@@ -93,7 +94,7 @@ def _run_sky(request: SimulateRequest, output: Path, file_format: str, began: fl
     from ..scenarios.table import sky_tables
 
     if request.sensor_options:
-        raise InputError(f"{request.name} is a whole sky, seen by its own sensor; --sensor and its kin do not apply")
+        raise InputError(f"{request.name} is a whole sky, seen by its own sensor; it takes no options of the sensor")
     sky = sky_called(request.name)
     plots, truth = sky_tables(sky, request.runs, request.seed)
     beside = output.with_name(f"{output.name.removesuffix(''.join(output.suffixes))}.truth.parquet")

@@ -65,7 +65,8 @@ class TrackRequest:
         typer.Argument(
             metavar="INPUT",
             show_default=False,
-            help="Files or quoted patterns: CSV, Parquet, Arrow, Feather, JSON or JSON Lines, also as .gz or .zst. "
+            help="Files or quoted patterns: tables (CSV, Parquet, Arrow, JSON, JSON Lines) or formats of ADS-B, AIS "
+            "and GPS, also as .gz or .zst. "
             "With '-', jink reads JSON Lines from standard input and writes each estimate at once.",
         ),
     ]
@@ -195,8 +196,8 @@ class TrackRequest:
         typer.Option(
             "--anonymous",
             rich_help_panel=PLOTS,
-            help="Plots do not say whose they are, or it shall not be believed. "
-            "A table without identity and with several rows of one time is tracked so by itself.",
+            help="Track plots that do not say whose they are, or ignore what they say. "
+            "Default for a table without identity in which several rows share a time.",
             **FLAG,
         ),
     ] = False

@@ -1,7 +1,7 @@
-"""What no filter can beat on a scenario: the filter that is told the manoeuvres, and the posterior Cramér–Rao bound.
+"""What no filter can beat on a scenario: a filter that knows the manoeuvres, and the posterior Cramér–Rao bound.
 
-Told is what the manoeuvres added to constant velocity from scan to scan; left to estimate are the state at the
-start and the acceleration noise that nobody commanded, if the truth has one.
+The filter is given what the manoeuvres added to constant velocity from scan to scan. It still has to estimate the
+state at the start and, if the truth has any, the acceleration noise that nobody commanded.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ VELOCITY_SD = 1e5  # m/s at the start, as good as unknown
 
 @dataclass(frozen=True)
 class Told:
-    """sd (m/s²) of the acceleration noise that stays unknown, constant from scan to scan; in words what is known."""
+    """What a filter is given: sd (m/s²) of the acceleration noise that it does not know, and the rest in words."""
 
     sd: float
     words: str
 
 
 def told(training: Simulation) -> Told:
-    """What is known of the manoeuvres. Errors: Unfit where they are not known exactly from scan to scan."""
+    """What can be given of the manoeuvres. Errors: Unfit where they are not known exactly from scan to scan."""
     if training.input is None:
         return Told(
             0.0,
@@ -58,7 +58,7 @@ def told(training: Simulation) -> Told:
 
 
 def clairvoyant(simulation: Simulation, known: Told, outliers: Outliers | None) -> Any:
-    """The estimate of the Kalman filter that is told so. Errors: Unfit for a curve seen by no sensor of positions."""
+    """Estimate of the Kalman filter that is given this. Errors: Unfit for a curve without measured positions."""
     sensor = simulation.scenario.observation.sensor
     interval = simulation.scenario.schedule.interval
     first = float(np.sqrt(sensor.noise[0, 0]))
@@ -86,10 +86,10 @@ def displacement(simulation: Simulation, known: Told) -> Array:
 
 
 def posterior_bound(training: Simulation, known: Told, first: int) -> dict[str, float]:
-    """Position and velocity RMSE that the posterior Cramér–Rao bound allows a filter that is told so.
+    """Position and velocity RMSE that the posterior Cramér–Rao bound allows a filter that is given this.
 
-    Given the manoeuvres the motion is linear; the information of a scan is that of a clean measurement times the
-    probability of detection, averaged over the training runs: gross outliers and misses can only make it less.
+    With known manoeuvres the motion is linear. The information of a scan is that of a clean measurement times the
+    probability of detection, averaged over the training runs. Gross outliers and misses only reduce it.
     """
     truth, seen = training.truth, training.scenario.observation
     axes, scans = truth.position.shape[2], training.time.shape[1]

@@ -48,7 +48,7 @@ def near_optimal(purpose: Purpose) -> Entrant:
     """The hypothesis tree that knows how the targets are drawn."""
     fixed = purpose.name == "lee-2003"
     words = "hypothesis tree that " + (
-        "believes in random accelerations: no bound" if fixed else "knows how the targets are drawn"
+        "expects random accelerations: not a bound here" if fixed else "knows how the targets are drawn"
     )
     return Entrant(name="near-optimal", words=words)
 

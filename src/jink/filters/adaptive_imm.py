@@ -48,13 +48,12 @@ class AugmentedAcceleration:
 
 @dataclass(frozen=True, kw_only=True)
 class TwoStageAcceleration(AugmentedAcceleration):
-    """The two-stage estimator of the same: a filter without acceleration, and one of the acceleration from its
-    innovations.
+    """The two-stage estimator of the same acceleration: one filter without it, one that finds it from the innovations.
 
     M⁻ = M + Qa, U = F V + G;  x = x̄ + V b. That is the augmented filter with the noise Qa [U; 1][U; 1]ᵀ in place of Qa
-    on the acceleration alone, which is how jink runs it (U = P_xa/M): equal for Qa = 0, and no longer optimal for Qa >
-    0. With cross-axis measurement noise each axis still has its own U. Source: Friedland 1969; Alouani, Xia, Rice &
-    Blair, IEEE Trans. AC-38(5), 1993; as used by Lee, Joo & Park 2003, eq. 3–6.
+    on the acceleration alone; jink runs it in this form (U = P_xa/M). Both are equal for Qa = 0; for Qa > 0 the
+    two-stage estimator is not optimal. With cross-axis measurement noise each axis still has its own U. Source:
+    Friedland 1969; Alouani, Xia, Rice & Blair, IEEE Trans. AC-38(5), 1993; as used by Lee, Joo & Park 2003, eq. 3–6.
     """
 
     name: ClassVar[str] = "two_stage_acceleration"
@@ -91,13 +90,13 @@ class AccelerationLevel:
         return bool(getattr(self.motion, "remembers", False))
 
     def check_units(self, sensor_sd: float) -> None:
-        """Errors: ValueError where the motion model was made for other residuals than such a sensor's (sd in m)."""
+        """Errors: ValueError where the motion model was made for residuals of another sensor (sd in m)."""
         if hasattr(self.motion, "check_units"):
             self.motion.check_units(sensor_sd)
 
     @property
     def name(self) -> str:
-        """In mode names."""
+        """The name of this mode in an estimate."""
         return self.motion.name if self.manoeuvring == self.motion.manoeuvring else "acceleration_level"
 
     @property
@@ -111,7 +110,7 @@ class AccelerationLevel:
         return self.motion.native(axes)
 
     def adaptation(self, axes: int) -> native.Adaptation:
-        """That of the motion model."""
+        """How the motion model adapts."""
         return self.motion.adaptation(axes) if hasattr(self.motion, "adaptation") else native.Adaptation()
 
     def level(self, axes: int) -> tuple[list[float], bool]:

@@ -106,7 +106,7 @@ class AxisByAxis:
         **other: Any,
     ) -> Estimate:
         if given := next((name for name, value in other.items() if value is not None), ""):
-            raise TypeError(f"{given}: is not taken by a filter that runs along each axis by itself")
+            raise TypeError(f"{given}: a filter that runs along each axis by itself does not take this argument")
         rows = self._columns(z)
         ends = np.array([0, len(rows)]) if offsets is None else np.asarray(offsets)
         estimate = verb(
@@ -215,13 +215,13 @@ def of_one_axis(filter: Any) -> bool:
 
 
 def on_axes(filter: Any, sensor: Any) -> Any:
-    """The filter on a sensor's axes: one of one axis runs along each of several, others are as they were."""
+    """The filter for a sensor: one of one axis runs along each axis of the sensor; others stay as they are."""
     several = sensor.position_only and (sensor.axes or 2) > 1
     return AxisByAxis(filter, sensor.axes) if several and of_one_axis(filter) else filter
 
 
 def variances(covariance: ArrayLike | None) -> Array | None:
-    """(N, axes) of covariances (N, axes, axes), or of variances."""
+    """Variances (N, axes), from covariances (N, axes, axes) or as given."""
     if covariance is None:
         return None
     noise = np.asarray(covariance, dtype=float)

@@ -136,8 +136,9 @@ class Bank:
 
     @property
     def counts_rows(self) -> bool:
-        """Does a row without a measurement do more than let time pass? It does for detectors, modes alive, and noise
-        from residuals.
+        """Does a row without a measurement change more than the time?
+
+        It does where detectors, the set of active modes or noise from residuals count rows.
         """
         d = self.declaration
         decides = d is not None and (d.proposal.kind != native.Propose.all or d.detection.window > 0)
@@ -253,10 +254,9 @@ class Bank:
         return body | {name: value for name, value in given.items() if value is not None}
 
     def save(self, path: str | os.PathLike[str], **more: Any) -> None:
-        """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read, with more to keep in
-        it.
+        """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read.
 
-        Errors: TypeError for a model of your own, which is code.
+        ``more`` is kept in the file as well. Errors: TypeError for a model of your own, which is code.
         """
         write({"jink": "filter", "version": VERSION, "units": "SI", **self.described(), **more}, path)
 

@@ -20,9 +20,9 @@ from .imm import IMM
 
 @dataclass(frozen=True)
 class FuzzyNoise:
-    """A motion model whose noise variance along each axis comes from rules: q = rules(r, Δr), r = z − H x⁻, Δr = r − r
-    of the scan before.
+    """A motion model whose noise variance along each axis comes from rules: q = rules(r, Δr).
 
+    r = z − H x⁻ is the residual of the scan, Δr its change since the scan before.
     The rules take the place of the motion's own variance (acceleration_sd² or a density), which holds until the first
     measurement. q(k) uses the residual of scan k, so it is found before P⁻ = F P Fᵀ + q G Gᵀ. After a start or a miss
     Δr is 0; a miss, or a measurement rejected as an outlier, keeps the last q. Source: Lee, Joo & Park 2003, eq. 12–19.
@@ -34,12 +34,12 @@ class FuzzyNoise:
 
     @property
     def name(self) -> str:
-        """In mode names."""
+        """The name of this mode in an estimate."""
         return f"fuzzy_{self.motion.name}"
 
     @property
     def manoeuvring(self) -> bool:
-        """That of the motion model."""
+        """Does a target in the motion model manoeuvre?"""
         return bool(self.motion.manoeuvring)
 
     def native(self, axes: int) -> NativeMode:
@@ -53,7 +53,7 @@ class FuzzyNoise:
         return native.Adaptation(kind=native.Adapt.fuzzy_rules, numbers=table.ravel().tolist())
 
     def check_units(self, sensor_sd: float) -> None:
-        """Errors: ValueError where the rules are not about such a sensor's residuals (sd in m)."""
+        """Errors: ValueError where the rules were made for residuals of another sensor (sd in m)."""
         self.rules.check_units(sensor_sd)
 
     def level(self, axes: int) -> tuple[list[float], bool]:

@@ -14,7 +14,7 @@ OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "nis", "nis_dof", "ti
 
 
 class LiveBatch:
-    """n targets, updated together scan by scan; a target without a measurement in this scan has NaN."""
+    """n targets, updated together scan by scan. NaN marks a target without a measurement in this scan."""
 
     def __init__(
         self,
@@ -84,13 +84,13 @@ class LiveBatch:
         return self._live.save()
 
     def restore(self, state: bytes) -> None:
-        """Take up a saved state."""
+        """Go on from a saved state."""
         self._live.restore(state)
 
     def _times(self, t: ArrayLike) -> np.ndarray:
         times = np.ascontiguousarray(np.atleast_1d(np.asarray(seconds(t), dtype=float)))
         if times.shape not in ((1,), (self.n,)) or not np.isfinite(times).all():
-            raise ValueError(f"t: expected one time or {self.n} of them, finite")
+            raise ValueError(f"t: expected one finite time, or {self.n}, one for each target")
         if np.any(times < self._last):
             raise ValueError("t: lies before the last update; updates must come in order of time")
         self._last = np.array(np.broadcast_to(times, (self.n,)))

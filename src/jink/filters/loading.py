@@ -78,7 +78,7 @@ def load(path: str | os.PathLike[str]) -> Any:
 
 
 def read(text: str, path: str) -> Any:
-    """The same from the file's text; path is for messages."""
+    """Read a filter from the text of such a file; messages name the path."""
     try:
         body = json.loads(text)
     except json.JSONDecodeError as error:
@@ -100,7 +100,7 @@ def read(text: str, path: str) -> Any:
 
 
 def built(body: Any, within: str = "") -> Any:
-    """The filter of a description. Errors: ValueError saying where in it what is wrong."""
+    """The filter of a description. Errors: ValueError naming the place in it and what is wrong there."""
     kind = body.get("filter") if isinstance(body, dict) else None
     if not isinstance(kind, str) or kind not in FILTERS:
         raise ValueError(f"{within}filter: {kind!r} is not one of {', '.join(FILTERS)}")
@@ -132,7 +132,7 @@ def _running(part: Any, at: str) -> Any:
 
 
 def declared(value: Any, at: str) -> Any:
-    """What :func:`jink.filters.plain.plain` made JSON of. Errors: ValueError saying where what is wrong."""
+    """The declaration that :func:`jink.filters.plain.plain` turned into JSON. Errors: ValueError naming the place."""
     if isinstance(value, list):
         return [declared(v, f"{at}[{i}]") for i, v in enumerate(value)]
     if not isinstance(value, dict):
@@ -144,7 +144,7 @@ def declared(value: Any, at: str) -> Any:
 
 
 def made(build: Callable[..., Any], at: str, given: dict[str, Any]) -> Any:
-    """build(**given). Errors: ValueError for an argument it has not, lacks, or whose kind is not what it declares."""
+    """build(**given). Errors: ValueError for an argument that is unknown, missing or of another kind than declared."""
     where = f"{at}: " if at else ""
     own, arguments = build.__name__, signature(build).parameters
     open_ended = any(a.kind is Parameter.VAR_KEYWORD for a in arguments.values())

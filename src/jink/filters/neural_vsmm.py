@@ -31,9 +31,9 @@ def layers(network: Network) -> tuple[list[int], list[float]]:
 
 @dataclass(frozen=True)
 class NetworkNoise:
-    """A motion model whose noise variance (one for all axes) a network chooses anew in each scan: NNVSMM,
-    "parameter-based".
+    """A motion model whose noise variance a network chooses anew in each scan: NNVSMM, "parameter-based".
 
+    All axes share one variance.
     q(k) = network(q(k−1), how likely the measurement is along each axis with q(k−1)); then P⁻ = F P Fᵀ + q G Gᵀ. A miss
     keeps q. Source: Choi, Samal & Ahn 2001, §3.
     """
@@ -44,17 +44,18 @@ class NetworkNoise:
 
     @property
     def name(self) -> str:
-        """In mode names."""
+        """The name of this mode in an estimate."""
         return f"network_{self.motion.name}"
 
     @property
     def manoeuvring(self) -> bool:
-        """That of the motion model."""
+        """Does a target in the motion model manoeuvre?"""
         return bool(self.motion.manoeuvring)
 
     def native(self, axes: int) -> NativeMode:
-        """What the engine runs, with the network's first variance. Errors: ValueError for another number of axes than
-        the network's.
+        """What the engine runs, with the network's first variance.
+
+        Errors: ValueError where the network has another number of axes.
         """
         if self.network.network.inputs != 1 + axes:
             raise ValueError(
@@ -87,8 +88,9 @@ class NetworkNoise:
 
 
 class NeuralModes(Bank):
-    """NNVSMM, "mode-based": a network scores all modes, the best share the estimate, from which all go on.
+    """NNVSMM, "mode-based": a network scores all modes, and the best of them share the estimate.
 
+    All modes go on from that estimate.
     w = softmax over the ``best`` highest of network(last w, log NIS of each mode);  x = Σ wⱼ xⱼ. mode_probability holds
     w. motions of any kind (constant velocity, acceleration, turns). Source: Choi, Samal & Ahn 2001, eq. 8.
     """

@@ -16,7 +16,7 @@ MODES = ("transition", "transition_step", "mode_probability", "mixing", *LINEARI
 
 
 def write(body: dict[str, Any], path: str | os.PathLike[str]) -> None:
-    """One JSON file, whole or not at all."""
+    """Write a JSON file, whole or not at all."""
     target = Path(path)
     temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
     temporary.write_text(json.dumps(body, indent=2) + "\n", encoding="utf-8")
@@ -24,7 +24,7 @@ def write(body: dict[str, Any], path: str | os.PathLike[str]) -> None:
 
 
 def plain(value: Any) -> Any:
-    """A declaration in the form JSON holds. Errors: TypeError for code, which JSON cannot hold."""
+    """A declaration as JSON can hold it. Errors: TypeError for code, which JSON cannot hold."""
     if is_dataclass(value) and not isinstance(value, type) and type(value).__module__.startswith("jink."):
         given = {f.name: plain(getattr(value, f.name)) for f in fields(value)}
         return {"kind": type(value).__name__, **{k: v for k, v in given.items() if v is not None}}

@@ -48,12 +48,11 @@ class GPB2(IMM):
 
 
 class StaticMM(IMM):
-    """Static multiple models (multiple-model adaptive estimation): each mode filters by itself, and one of them is
-    taken to be true.
+    """Static multiple models (multiple-model adaptive estimation): each mode filters by itself, and never switches.
 
-    μⱼ(k) ∝ μⱼ(k−1) N(z; ẑⱼ, Sⱼ). A target that changes its mode is followed only as far as the probabilities have not
-    died (they are kept above 1e-100). Source: Magill, IEEE Trans. AC-10(4), 1965; Bar-Shalom, Li & Kirubarajan 2001,
-    §11.6.2.
+    μⱼ(k) ∝ μⱼ(k−1) N(z; ẑⱼ, Sⱼ). When a target changes its mode, the right mode first has to recover from a small
+    probability, which is kept above 1e-100. Source: Magill, IEEE Trans. AC-10(4), 1965; Bar-Shalom, Li & Kirubarajan
+    2001, §11.6.2.
     """
 
     arguments = ("mode_probability", *LINEARISED)

@@ -18,7 +18,7 @@ Arguments = ParamSpec("Arguments")
 
 
 def same_arguments(of: Callable[Arguments, Any]) -> Callable[[Callable[..., Any]], Callable[Arguments, Any]]:
-    """A method takes the arguments of another one, and shows them."""
+    """Give a method the signature of another one."""
 
     def of_this(method: Callable[..., Any]) -> Callable[Arguments, Any]:
         method.__signature__ = signature(of)  # pyright: ignore[reportFunctionMemberAccess]

@@ -1,4 +1,4 @@
-"""Variable-structure IMM: each scan runs only those of its many modes that the scan before makes likely."""
+"""Variable-structure IMM: each scan runs only the modes that the last scan makes likely."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ class AdaptiveGrid(_VariableStructure):
 
 
 def neighbours(modes: int, transition: Any, graph: Sequence[Sequence[int]] | None) -> list[list[int]]:
-    """For each mode the modes it may change to, itself included: as given, or where transition is not zero."""
+    """The modes that each mode may change to, itself included: as given, or where transition is not zero."""
     _, matrix = transition_rule(transition, None, modes)
     near = [np.flatnonzero(row) for row in matrix] if graph is None else graph
     if len(near) != modes:
@@ -204,12 +204,12 @@ def neighbours(modes: int, transition: Any, graph: Sequence[Sequence[int]] | Non
 
 
 def line_graph(modes: int, reach: int = 1) -> list[list[int]]:
-    """The neighbours of each of ordered modes: those within ``reach`` places."""
+    """The neighbours of each mode in an ordered set: those within ``reach`` places."""
     return [list(range(max(0, i - reach), min(modes, i + reach + 1))) for i in range(modes)]
 
 
 def line_transition(modes: int, reach: int = 1, stay: float = 0.95) -> Array:
-    """transition (M, M): stay, the rest equally to the neighbours of :func:`line_graph`."""
+    """Transition (M, M): a mode stays with ``stay``; its neighbours in :func:`line_graph` share the rest equally."""
     matrix = np.zeros((modes, modes))
     for i, near in enumerate(line_graph(modes, reach)):
         for j in near:

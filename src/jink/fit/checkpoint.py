@@ -20,7 +20,7 @@ from .parameters import Parameters
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A file for the states of one search; print tells searches of other data, filters or objectives apart."""
+    """A file for the states of one search; ``print`` identifies its data, filter and objective."""
 
     path: Path
     print: dict[str, Any]
@@ -35,7 +35,7 @@ class Checkpoint:
         seed: int,
         starts: int,
     ) -> Checkpoint | None:
-        """For a search, or None without a path."""
+        """The checkpoint of a search, or None without a path."""
         if path is None:
             return None
         digest = hashlib.sha256()
@@ -52,7 +52,7 @@ class Checkpoint:
         write({"jink": "fit checkpoint", "search": self.print, "state": asdict(state)}, self.path)
 
     def read(self) -> State:
-        """The state kept. Errors: InputError if it is none, or that of another search, saying in what it differs."""
+        """The state kept. Errors: InputError where it is not a state, or differs from this search, naming in what."""
         try:
             body = json.loads(self.path.read_text(encoding="utf-8"))
             search, state = body["search"], State(**body["state"])

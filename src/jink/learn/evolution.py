@@ -20,8 +20,10 @@ Progress = Callable[[int, float, Array], None]  # generation, least loss so far,
 
 @dataclass(frozen=True, kw_only=True)
 class Chromosome:
-    """genes numbers in [0, 1], of which the last ``bits`` are a binary string: 1 from one half on. groups: how many
-    genes are handed on together, a rule's parameters."""
+    """``genes`` numbers in [0, 1]; the last ``bits`` are a binary string, in which one half or more is 1.
+
+    ``group`` genes are handed on together: the parameters of a rule.
+    """
 
     genes: int
     bits: int = 0
@@ -29,7 +31,7 @@ class Chromosome:
 
 
 class Search(Protocol):
-    """Something that asks for losses of chromosomes (I, genes) and is told them (I,)."""
+    """An optimiser: ``ask`` gives chromosomes (I, genes), ``tell`` takes their losses (I,)."""
 
     def ask(self) -> Array: ...
     def tell(self, x: Array, loss: Array) -> None: ...

@@ -91,7 +91,7 @@ class Corrector:
         return self.share(u)[:, None] * np.asarray(self.output_scale) * self.model(self.scaled(u))
 
     def check_units(self, sensor_sd: float) -> None:
-        """Was this aid trained on residuals such a sensor (sd in m) gives?
+        """Does this aid suit the residuals of such a sensor (sd in m)?
 
         Errors: ValueError for inputs in metres whose range is below a third or above a hundred thousand of the sensor's
         sd.

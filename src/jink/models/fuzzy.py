@@ -110,7 +110,7 @@ class FuzzyRules:
         ]
 
     def check_units(self, sensor_sd: float) -> None:
-        """Are these rules about residuals such a sensor (sd in m) gives?
+        """Do these rules suit the residuals of such a sensor (sd in m)?
 
         The rules' reach is the largest |c₁| + 2 s₁. Errors: ValueError where it lies below a third or above a thousand
         of the sensor's sd, which is what a table in kilometres taken for metres looks like.

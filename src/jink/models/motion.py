@@ -200,7 +200,7 @@ class KnownTurn:
 
     @property
     def manoeuvring(self) -> bool:
-        """At a rate of zero it flies straight."""
+        """False at a rate of zero, which is straight flight."""
         return self.turn_rate != 0.0
 
     def _noise(self) -> tuple[str, PerAxis]:

@@ -19,8 +19,9 @@ LEAST_NIS = 0.01  # log NIS is log(NIS + this): below it a residual says nothing
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseNetwork:
-    """The variance q of the acceleration noise (m²/s⁴) for a scan, from the one before and how well that explains the
-    measurement.
+    """The variance q of the acceleration noise (m²/s⁴) for a scan, chosen by a network.
+
+    The network sees the last q and how well it explains the measurement.
 
     With P⁻ of the last q and S = H P⁻ Hᵀ + R along x and along y: inputs "likelihood" (q, N(νx; 0, Sx), N(νy; 0, Sy))
     as published; "log-nis" (log q, log(νx²/Sx + .01), log(νy²/Sy + .01)). With y = network((u − centre)/scale): output
@@ -61,7 +62,7 @@ class NoiseNetwork:
             raise ValueError(f"NoiseNetwork.start: expected {self.least:g} to {self.most:g}, got {self.start:g}")
 
     def check_units(self, sensor_sd: float) -> None:
-        """Was this network trained on residuals such a sensor (sd in m) gives?
+        """Does this network suit the residuals of such a sensor (sd in m)?
 
         Errors: ValueError where the sd differs by more than a factor of ten.
         """
@@ -73,7 +74,7 @@ class NoiseNetwork:
             )
 
     def scaled(self, sensor_sd: float) -> NoiseNetwork:
-        """The same for a sensor of another sd (m), variances scaled with its square: a target that is as much larger.
+        """The same network for a sensor of another sd (m): variances scale with its square, as for a larger target.
 
         Errors: ValueError for inputs that are not logarithms, or a network that does not know its sensor.
         """

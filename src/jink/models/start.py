@@ -25,9 +25,9 @@ class OnePoint:
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """A given start: mean x (n,) or (B, n) and covariance P (n, n) or (B, n, n) at each track's first row, before its
-    update.
+    """A given start: mean x (n,) or (B, n) and covariance P (n, n) or (B, n, n).
 
+    They hold at each track's first row, before its update.
     Components are those of the filter's estimates, ``filter.components``.
     """
 

@@ -80,8 +80,10 @@ class Tracks:
         return replace(self, **self._cut(OF_ROWS, rows), **self._cut(OF_TRACKS, tracks), offsets=offsets)
 
     def doubled(self) -> Tracks:
-        """Every row twice, first without its measurement: that estimate is the prediction for its time, z, covariance
-        and sensor alone being kept."""
+        """Every row twice, the first time without its measurement, which gives the prediction for its time.
+
+        Only z, covariance and sensor are kept.
+        """
         z = np.full((2 * self.rows, self.z.shape[1]), np.nan)
         z[1::2] = self.z
         twice: dict[str, Any] = {
@@ -121,9 +123,7 @@ class Tracks:
 
     @property
     def repeated(self) -> np.ndarray:
-        """Which components (N, m) of measurements equal, to the last bit, the one measured before them in their
-        track.
-        """
+        """Components (N, m) that equal the one measured before them in their track, to the last bit."""
         rows = np.arange(self.rows)
         first = np.repeat(self.first, self.lengths)
         out = np.zeros(self.z.shape, bool)

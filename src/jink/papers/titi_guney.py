@@ -201,24 +201,23 @@ TITI_GUNEY = Paper(
     experiments=experiments,
     draw=draw,
     readings=(
-        "The aircraft are those of Blair et al. 1998, rebuilt from its table; target 1 (cargo aircraft), x "
-        "alone, as in the paper, "
-        "which is taken to be north.",
-        "A training matrix of 3300 rows fits 20 Hz over 165 s, or 20 runs at 1 Hz: both rates are shown, aids "
+        "The aircraft are those of Blair et al. 1998, rebuilt from its table. As in the paper, only x of target 1 "
+        "(cargo aircraft) is used; x is taken to be north.",
+        "A training matrix of 3300 rows fits 165 s at 20 Hz, or 20 runs at 1 Hz. Both rates are shown, with aids "
         "trained on 4 and on 20 runs.",
-        "Noises are not stated: position sd 50 m; the Kalman filter's noise is tuned on other runs, and "
-        "“sluggish” has 1e-4 of it.",
-        "“as published” is ANFIS after ten epochs of backpropagation, which leave it under-trained; “anfsakf” has "
-        "300 of the hybrid method. Scored are other runs than those they saw.",
-        "The paper prints figures and no table: there is nothing published to set beside.",
-        "Predicted and estimated range are interchanged in one sentence of the paper; inputs are z − x(t|t) and "
+        "The paper does not state its noises. Here the position sd is 50 m, and the Kalman filter's noise is tuned "
+        "on other runs. “sluggish” has 1e-4 of that noise.",
+        "“as published” is ANFIS after ten epochs of backpropagation, which leave it under-trained. “anfsakf” has "
+        "300 epochs of the hybrid method. The runs that are scored are not those that the aids saw.",
+        "The paper prints figures and no table, so there are no published numbers to compare with.",
+        "The paper interchanges predicted and estimated range in one sentence. The inputs here are z − x(t|t) and "
         "x(t|t−1) − x(t|t).",
     ),
     remarks=(
-        "An aid rescues a badly tuned filter and does next to nothing for a well tuned one: both of its inputs "
-        "are multiples of "
-        "the innovation.",
-        "A straight line in place of ANFIS or network does most of it; an IMM without any training beats all of them.",
+        "An aid rescues a badly tuned filter and does next to nothing for a well tuned one, because both of its "
+        "inputs are multiples of the innovation.",
+        "A straight line in place of ANFIS or network gives most of the gain. An IMM without any training beats all "
+        "of them.",
         "The aid that rescues a sluggish filter along x spoils it along z, where this aircraft does not manoeuvre.",
     ),
 )

@@ -249,30 +249,25 @@ WANG_2010 = Paper(
     experiments=experiments,
     draw=draw,
     readings=(
-        "Measurement noise and α are not stated: sd 50 m and 1/α = 20 s here, and six combinations of sd 10, 50, "
-        "100 m with "
-        "1/α = 20, 60 s in the two last tables.",
+        "The paper does not state measurement noise and α. Here they are sd 50 m and 1/α = 20 s. The two last tables "
+        "show six combinations of sd 10, 50, 100 m with 1/α = 20, 60 s.",
         "The paper's text at hand has lost its equations. The membership is reconstructed from its words: M(a) = "
-        "min(1, exp(−k (1 − "
-        "|a|/a_th))), a_max = a_th M(a), mirrored below zero, k ≤ 1.0536 for a_th = 100, a_up = 90 m/s².",
-        "The start is not stated: two points, acceleration 0 with sd 30 m/s². RMSE pools runs and scans from the "
-        "fourth on; in the "
-        "first scans the start's error of 30 m/s², the same in both filters, rules the acceleration's RMSE, so "
-        "the ratios are shown from "
-        "the tenth scan on as well.",
-        "a is the acceleration predicted for the scan, which is the estimate before; a margin a_max − |a| below "
-        "1% of a_max counts as "
-        "that, or the filter would freeze.",
-        "The paper prints its RMSE as figures only; the one published number is the run time, 1.07 of CSAF's. Ours "
-        "depends on the machine and its load.",
+        "min(1, exp(−k (1 − |a|/a_th))), a_max = a_th M(a), mirrored below zero, k ≤ 1.0536 for a_th = 100, "
+        "a_up = 90 m/s².",
+        "The paper does not state the start. Here tracks start from two points, with acceleration 0 of sd 30 m/s². "
+        "RMSE pools runs and scans from the fourth on. The start's error is the same in both filters and rules the "
+        "acceleration's RMSE in the first scans. So the ratios are shown from the tenth scan on as well.",
+        "a is the acceleration predicted for the scan, which is the last estimate. A margin a_max − |a| below 1% of "
+        "a_max counts as 1%, or the filter would freeze.",
+        "The paper shows its RMSE in drawings only. Its one published number is the run time, 1.07 times that of "
+        "CSAF. Ours depends on the machine and its load.",
     ),
     remarks=(
-        "FACS is better than CSAF in both of the paper's experiments and pays for it at a strong onset, which "
-        "the paper does not test: "
-        "see the step.",
+        "FACS is better than CSAF in both of the paper's experiments. It is worse at a strong onset, which the paper "
+        "does not test: see the step.",
         "From the fourth scan on the ratio of acceleration exceeds 0.65 where 1/α is 60 s and the noise 50 or "
-        "100 m: the start, alike in "
-        "both, weighs most there. From the tenth scan on it exceeds it nowhere.",
+        "100 m. There the start, the same in both filters, weighs most. From the tenth scan on the ratio never "
+        "exceeds 0.65.",
         "The paper says that the gain is largest for weak manoeuvres. Once settled it is the other way round: the "
         "stronger the acceleration, the more FACS gains over CSAF in velocity.",
         "A tuned constant-acceleration Kalman filter and an IMM of three beat both.",

@@ -140,11 +140,11 @@ class LiveOne:
         time = float(np.asarray(seconds(t)))
         row = np.full(columns, np.nan) if z is None else np.atleast_1d(np.asarray(z, dtype=float))
         if np.isnan(time):
-            raise ValueError("t: is not a time")
+            raise ValueError(f"t: expected a time in seconds or a date, got {t!r}")
         if self._many.states.started[0] and time < self._many.time(0):
             raise ValueError("t: lies before the last update; updates must come in the order of time")
         if not 0 <= sensor < len(self._many.engine.looks):
-            raise ValueError("sensor: there is no sensor of that index")
+            raise ValueError(f"sensor: expected an index from 0 to {len(self._many.engine.looks) - 1}, got {sensor!r}")
         if row.shape != (columns,):
             raise ValueError(f"z: expected {columns} components, got shape {row.shape}")
         if np.isinf(row).any():
