@@ -15,8 +15,7 @@
     WHERE template void Propagate<T>::merge_pairs();                                                \
     WHERE template Step<T>::Step(const Composition<T> &);                                           \
     WHERE template Outcome<T> Step<T>::step(TrackState<T> &, const Scan<T> &, int);                 \
-    WHERE template Combine<T>::Combine(const Composition<T> &);                                     \
-    WHERE template void Combine<T>::operator()(const T *, const T *, T *, T *);
+    WHERE template Combine<T>::Combine(const Composition<T> &);
 
 #define JINK_AID(WHERE, T)                                                                                               \
     WHERE template Aid<T>::Aid(const Composition<T> &);                                                                  \

@@ -115,7 +115,7 @@ class Bank:
         given_prior = isinstance(self.initial, Prior)
         self.engine = Stepwise(self.motions, self.sensors, self.axes, self.outliers, given_prior, declaration)
 
-    @property
+    @cached_property
     def axes(self) -> int:
         """Number of space axes: the sensors', or as many as your own model has positions."""
         for sensor in self.sensors:
@@ -124,12 +124,12 @@ class Bank:
         named = [set(getattr(m, "components", ())) & {"px", "py", "pz"} for m in self.motions]
         return max(map(len, named)) or 2
 
-    @property
+    @cached_property
     def components(self) -> tuple[str, ...]:
         """Names of the columns of x: px, vx, (ax), ..., turn_rate, then your own names."""
         return getattr(self.engine, "components", None) or component_names(self.motions, self.axes)
 
-    @property
+    @cached_property
     def columns(self) -> int:
         """Number of columns of z: the components of the sensor that measures most."""
         return int(getattr(self.declaration or self.engine, "columns", 0))
@@ -149,7 +149,7 @@ class Bank:
         """The parameters of the engine by which it can be differentiated; see :mod:`jink.fit.gradient`."""
         return np.asarray(native.numbers(self.engine))
 
-    @property
+    @cached_property
     def modes(self) -> tuple[str, ...]:
         """Names of the columns of mode_probability."""
         return mode_names(self.motions)
