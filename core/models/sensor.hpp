@@ -130,6 +130,10 @@ template <class T> inline void residual(const SensorSpec &s, const T *z, const T
     for (int r = 0; r < s.rows; ++r) y[r] = s.is_angle(r) ? wrapped<T>(z[r] - h[r]) : z[r] - h[r];
 }
 
+// No position is farther from the origin, in metres, and none is less certain: squares of such numbers, over the shortest steps
+// and the longest, stay within the range of numbers. The visible universe is 1e27 m across.
+inline constexpr double farthest = 1e30;
+
 // A position (and velocity, where measured) to start a track from, with the covariance of the position.
 template <class T> struct Fix {
     Mask<T> position, velocity;    // which lanes have one
@@ -217,6 +221,10 @@ template <class T> inline Fix<T> position_fix(const SensorSpec &s, const Measure
                 for (int b = 0; b <= a; ++b)
                     fix.V[packed(a, b)] = m.full ? m.R[packed(r, s.axes + b)] : (a == b ? m.R[r] : zero);
             }
+    }
+    for (int a = 0; a < s.axes; ++a) {  // a comparison with NaN is false
+        fix.position = fix.position & (magnitude(fix.p[a]) <= splat<T>(farthest)) & (fix.P[packed(a, a)] <= splat<T>(farthest * farthest));
+        fix.velocity = fix.velocity & (magnitude(fix.v[a]) <= splat<T>(farthest)) & (fix.V[packed(a, a)] <= splat<T>(farthest * farthest));
     }
     return fix;
 }

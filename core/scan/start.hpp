@@ -38,11 +38,16 @@ template <class T> void start(const Composition<T> &c, TrackState<T> &s, const F
     s.first_time = select<T>(fresh, s.time, s.first_time);
 }
 
-// Two-point differencing: v = (z2 - z1) / T, with acceleration of prior variance a0^2 over the step.
+// Two-point differencing: v = (z2 - z1) / T, with acceleration of prior variance a0^2 over the step. Where that is no velocity of
+// anything, because the step is too short for the distance, the track waits for another point.
 template <class T> void complete(const Composition<T> &c, TrackState<T> &s, const Fix<T> &fix, Mask<T> second) {
     const T step = s.time - s.first_time;
-    const Mask<T> now = second & (step > splat<T>(0.0));
+    Mask<T> now = second & (step > splat<T>(0.0));
     const T over = 1.0 / select<T>(now, step, splat<T>(1.0));
+    for (const Mode<T> &mode : c.modes)
+        for (int a = 0; a < mode.shape.axes; ++a)
+            now = now & (magnitude(fix.p[a] - s.first[a]) * over <= splat<T>(farthest)) &
+                  ((fix.P[packed(a, a)] + s.first_P[packed(a, a)]) * over * over <= splat<T>(farthest * farthest));
     T kept_first[3], kept_P[6], kept_time = s.first_time;
     for (int a = 0; a < 3; ++a) kept_first[a] = s.first[a];
     for (int k = 0; k < 6; ++k) kept_P[k] = s.first_P[k];

@@ -162,7 +162,7 @@ template <class T> class Step {
         weigh(s, dof, out);
         if (ahead.pairwise()) collapse(s);
         if (scores.active()) scores(s, ahead.prior.data(), innovations.data(), dof);
-        const Mask<T> impossible = out.measured & s.running & inverse(magnitude(out.log_likelihood) <= splat<T>(1e300));
+        const Mask<T> impossible = out.measured & s.running & inverse(magnitude(out.log_likelihood) <= splat<T>(unlikeliest));
         if (any(impossible)) disbelieve(s, scan.input, impossible, gating, out);
         if (gating) gate(s, scan.input, sensor, m, log_outlier, out);
         if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
@@ -250,6 +250,9 @@ template <class T> class Step {
                 s.arena[k] = select<T>(which, ahead.predicted[k], s.arena[k]);
         for (int j = 0; j < c.count; ++j) s.probability[j] = select<T>(which, ahead.prior[j], s.probability[j]);
     }
+
+    // Of what is believed, a log-likelihood: 1e50 standard deviations off. Squares of what such a row leaves are still numbers.
+    static constexpr double unlikeliest = 1e100;
 
     // A measurement so far off that its likelihood is beyond the range of numbers says nothing of the modes: it is gated, with
     // or without a share of outliers.
