@@ -18,7 +18,7 @@
 // on the state. Then a pair costs one fusion. The arithmetic is in smooth_kernels.hpp.
 #pragma once
 
-#include "run/smooth_kernels.hpp"
+#include "run/smooth_measurement.hpp"
 #include "run/smooth_one.hpp"
 
 namespace jink::inline JINK_LEVEL {
@@ -28,6 +28,7 @@ template <class T> class Smooth {
     explicit Smooth(const Composition<T> &composition);
 
     std::vector<T> arena, probability;  // the smoothed modes of the current scan
+    bool covariances = true;            // of several modes, if they are wanted: nothing else needs them
 
     void last(const Record<T> &record);
 
@@ -35,32 +36,8 @@ template <class T> class Smooth {
     void step(const Record<T> &now, const Record<T> &after);
 
   private:
-    static constexpr int L = largest_state, most_entering = 4;
+    static constexpr int L = largest_state;
     static constexpr double log_least = -690.77552789821368;  // of 1e-300
-    struct Message {
-        T J[packed_size(L)], h[L], s;
-        void clear() { *this = Message{}; }
-        void keep(int n, Mask<T> lanes_with_it) {
-            const T zero = splat<T>(0.0);
-            for (int k = 0; k < packed_size(n); ++k) J[k] = select<T>(lanes_with_it, J[k], zero);
-            for (int k = 0; k < n; ++k) h[k] = select<T>(lanes_with_it, h[k], zero);
-            s = select<T>(lanes_with_it, s, zero);
-        }
-    };
-    // A message as s - 1/2 |g - R' e|^2.
-    struct Root {
-        T R[packed_size(L)], g[L], s;
-    };
-    // Mode j's message through the motion to it: what is the same for all modes before of the same components.
-    struct Passage {
-        T B[L * L], J[packed_size(L)], v[most_entering * L], scale[most_entering], s;
-        Root own;  // of a regressed mode: blurred by the noise of this pair
-        const Root *root;
-    };
-    struct Pair {
-        T own[packed_size(L)], h[L], x[L], P[packed_size(L)], log_weight, share;
-        const T *J;  // its own, or its passage's
-    };
     // Of a pair of modes: mode j's components in mode i (or -1), those that enter, and where it passes.
     struct Route {
         int at[L], entering[most_entering], count = 0, passage = 0;
@@ -70,101 +47,64 @@ template <class T> class Smooth {
     Propagate<T> forward;
     SmoothOne<T> one;
     std::vector<SmoothKernels<T>> kernels;
-    std::vector<Message> messages, next;
-    std::vector<Root> roots;
+    std::vector<Message<T>> messages, next;
+    std::vector<MessageRoot<T>> roots;
     std::vector<Route> routes;  // of modes i and j at i * count + j, as the pairs
-    std::vector<Passage> passages;
-    std::vector<Pair> pairs;
+    std::vector<Passage<T>> passages;
+    std::vector<SmoothPair<T>> pairs;
     std::vector<T> log_total;                // of each mode: its pairs' weights together
     std::vector<T> log_transition, log_now;  // of Pi and of the filtered probabilities
     std::vector<T> factors;                  // Cholesky factors of the filtered covariances
+    std::vector<T> spread;                   // of each mode: its pairs about its mean, column by column
     T seen_dt;
 
     const T *coefficient(const Record<T> &after, int j) const {
         return after.coefficients.empty() ? forward.coefficient(j) : &after.coefficients[j * largest_coefficients];
     }
+    const T *factor(int i) const { return &factors[i * packed_size(L)]; }
 
-    // What the scan after measured, as seen by mode j; its message becomes empty where the track begins with that scan.
-    void add_measurements(const Record<T> &after, int j) {
-        Message &m = next[j];
-        add_measurement(after, j, c.sensors[after.sensor], after.measurement, m);
-        for (int k = 0; k < int(after.others.size()); ++k) add_measurement(after, j, c.sensors[k + 1], after.others[k], m);
-        if (!all(after.linked)) m.keep(c.modes[j].shape.n, after.linked);
-        Root &root = roots[j];
-        kernels[j].root(m.J, m.h, root.R, root.g);
-        root.s = m.s + 0.5 * square(c.modes[j].shape.n, root.g);
-        if (c.modes[j].kernels.regressed) return;
-        T Q[packed_size(L)] = {};
-        c.modes[j].kernels.add_noise(coefficient(after, j), Q);
-        root.s = root.s - 0.5 * kernels[j].blur(Q, root.R, root.g);
-    }
-
-    static T square(int n, const T *g) {
-        T sum = g[0] * g[0];
-        for (int k = 1; k < n; ++k) sum = sum + g[k] * g[k];
-        return sum;
-    }
-
-    void add_measurement(const Record<T> &after, int j, const Sensor<T> &sensor, const Measurement<T> &z, Message &m) const {
-        const SensorSpec spec = seen(sensor);
-        if (spec.linear() && !z.full) return add_components(after, j, spec, z, m);
-        constexpr int M = largest_measurement;
-        const Mode<T> &mode = c.modes[j];
-        const int n = mode.shape.n;
-        const T *x = &after.arena[mode.place], zero = splat<T>(0.0), one_ = splat<T>(1.0);
-        T y[M], H[M * L], R[packed_size(M)], chol[packed_size(M)], column[M];
-        observe(spec, mode.shape.block, n, x, y);
-        residual(spec, z.z, y, y);
-        observe_jacobian(spec, mode.shape.block, n, x, H);
-        for (int r = 0; r < spec.rows; ++r) {
-            y[r] = select<T>(z.present[r], y[r], zero);
-            for (int k = 0; k < n; ++k) H[r * n + k] = select<T>(z.present[r], H[r * n + k], zero);
-            for (int q = 0; q <= r; ++q) {
-                const T noise = z.full ? z.R[packed(r, q)] : q == r ? z.R[r] : zero;
-                R[packed(r, q)] = select<T>(z.present[r] & z.present[q], noise, q == r ? one_ : zero);
-            }
-        }
-        cholesky<T>(spec.rows, R, chol);
-        solve_lower<T>(spec.rows, chol, y);
-        for (int k = 0; k < n; ++k) {
-            for (int r = 0; r < spec.rows; ++r) column[r] = H[r * n + k];
-            solve_lower<T>(spec.rows, chol, column);
-            for (int r = 0; r < spec.rows; ++r) H[r * n + k] = column[r];
-        }
-        for (int r = 0; r < spec.rows; ++r) {
-            m.s = m.s - 0.5 * y[r] * y[r];
-            for (int k = 0; k < n; ++k) {
-                m.h[k] = m.h[k] + H[r * n + k] * y[r];
-                for (int l = 0; l <= k; ++l) m.J[packed(k, l)] = m.J[packed(k, l)] + H[r * n + k] * H[r * n + l];
-            }
+    // What the scan after measured, as seen by each mode; messages become empty where the track begins with that scan.
+    void add_measurements(const Record<T> &after) {
+        for (int j = 0; j < c.count; ++j) {
+            const Mode<T> &mode = c.modes[j];
+            const T *x = &after.arena[mode.place];
+            add_measurement(mode, x, c.sensors[after.sensor], after.measurement, next[j]);
+            for (int k = 0; k < int(after.others.size()); ++k) add_measurement(mode, x, c.sensors[k + 1], after.others[k], next[j]);
+            if (!all(after.linked)) keep(j, next[j], after.linked);
         }
     }
 
-    // Components of the state themselves, each with noise of its own.
-    void add_components(const Record<T> &after, int j, const SensorSpec &spec, const Measurement<T> &z, Message &m) const {
-        const Mode<T> &mode = c.modes[j];
+    // A message in some lanes, none in the others.
+    void keep(int j, Message<T> &m, Mask<T> lanes_with_it) const {
+        const int n = c.modes[j].shape.n;
         const T zero = splat<T>(0.0);
-        for (int r = 0; r < spec.rows; ++r) {
-            const int p = (r % spec.axes) * mode.shape.block + r / spec.axes;
-            const T weight = select<T>(z.present[r], 1.0 / z.R[r], zero);
-            const T y = select<T>(z.present[r], z.z[r] - after.arena[mode.place + p], zero), h = weight * y;
-            m.J[packed(p, p)] = m.J[packed(p, p)] + weight;
-            m.h[p] = m.h[p] + h;
-            m.s = m.s - 0.5 * h * y;
+        for (int k = 0; k < packed_size(n); ++k) m.J[k] = select<T>(lanes_with_it, m.J[k], zero);
+        for (int k = 0; k < n; ++k) m.h[k] = select<T>(lanes_with_it, m.h[k], zero);
+        m.s = select<T>(lanes_with_it, m.s, zero);
+    }
+
+    void blur(const Record<T> &after) {
+        for (int j = 0; j < c.count; ++j) kernels[j].root(next[j], roots[j]);
+        for (int j = 0; j < c.count; ++j) {
+            if (c.modes[j].kernels.regressed) continue;
+            T Q[packed_size(L)];
+            for (int k = 0; k < packed_size(c.modes[j].shape.n); ++k) Q[k] = splat<T>(0.0);
+            c.modes[j].kernels.add_noise(coefficient(after, j), Q);
+            kernels[j].blur(Q, roots[j]);
         }
     }
 
-    // Mode j's message through the motion from mode i, whose state as mode j sees it is `start`.
-    void open(Passage &to, const Route &route, const Record<T> &after, int j, const T *start, T *ahead) {
+    // Mode j's message through the motion from a state as mode j sees it.
+    void open(Passage<T> &to, const Route &route, const Record<T> &after, int j, const T *start) {
         const Mode<T> &mode = c.modes[j];
         const SmoothKernels<T> &kernel = kernels[j];
         const int n = mode.shape.n;
         to.root = &roots[j];
         if (mode.kernels.regressed) {
-            T F[L * L], Q[packed_size(L)];
+            T ahead[L], F[L * L], Q[packed_size(L)];
             mode.kernels.linearise(start, coefficient(after, j), after.input_of(j), ahead, F, Q);
             to.own = roots[j], to.root = &to.own;
-            to.own.s = to.own.s - 0.5 * kernel.blur(Q, to.own.R, to.own.g);
+            kernel.blur(Q, to.own);
             kernel.pull(to.own.R, F, to.B);
         } else {
             mode.kernels.pull(start, coefficient(after, j), to.root->R, to.B);
@@ -175,7 +115,7 @@ template <class T> class Smooth {
     }
 
     // What mode i does not have enters with its prior covariance: noise V V' of the start, in B along B V.
-    void enter(Passage &to, const Route &route, const SmoothKernels<T> &kernel, int n, const T *P) {
+    void enter(Passage<T> &to, const Route &route, const SmoothKernels<T> &kernel, int n, const T *P) {
         T V[packed_size(most_entering)], root[packed_size(most_entering)];
         for (int r = 0; r < route.count; ++r)
             for (int k = 0; k <= r; ++k) V[packed(r, k)] = P[packed(route.entering[r], route.entering[k])];
@@ -192,122 +132,115 @@ template <class T> class Smooth {
 
     // Mode j's message as mode i hears it.
     void hear(const Record<T> &now, const Record<T> &after, int i, int j) {
-        const Mode<T> &from = c.modes[i], &mode = c.modes[j];
+        const Mode<T> &mode = c.modes[j];
         const Route &route = routes[i * c.count + j];
-        Passage &passage = passages[route.passage];
+        Passage<T> &passage = passages[route.passage];
         const int n = mode.shape.n, size = packed_size(n);
-        const int *places = &mode.sources[i * (n + size)];
-        T start[L + packed_size(L)], ahead[L], d[L], told[L], heard[L];
-        const int wanted = route.first ? n + size : n;  // with the covariance or without
-        for (int k = 0; k < wanted; ++k) start[k] = now.arena[places[k]];
-        if (!mode.kernels.regressed) mode.kernels.advance(start, coefficient(after, j), after.input_of(j), ahead);
-        if (route.first) open(passage, route, after, j, start, ahead);
-        for (int k = 0; k < n; ++k) d[k] = ahead[k] - after.arena[mode.place + k];
-        kernels[j].move(passage.root->R, passage.root->g, d, told);
-        for (int e = 0; e < route.count; ++e) {
-            const T *v = &passage.v[e * L];
-            T along = v[0] * told[0];
-            for (int r = 1; r < n; ++r) along = along + v[r] * told[r];
-            along = along * passage.scale[e];
-            for (int r = 0; r < n; ++r) told[r] = told[r] - v[r] * along;
+        T seen[L + packed_size(L)], ahead[L], heard[L];
+        const T *start = &now.arena[c.modes[i].place];
+        if (!route.alike) {
+            const int *places = &mode.sources[i * (n + size)];
+            for (int k = 0; k < (route.first ? n + size : n); ++k) seen[k] = now.arena[places[k]];  // with the covariance or without
+            start = seen;
         }
-        Pair &p = pairs[i * c.count + j];
-        p.log_weight = passage.s - 0.5 * kernels[j].hear(passage.B, told, route.alike ? p.h : heard);
+        if (route.first) open(passage, route, after, j, start);
+        if (mode.kernels.regressed) {
+            T F[L * L], Q[packed_size(L)];
+            mode.kernels.linearise(start, coefficient(after, j), after.input_of(j), ahead, F, Q);
+        } else {
+            mode.kernels.advance(start, coefficient(after, j), after.input_of(j), ahead);
+        }
+        SmoothPair<T> &p = pairs[i * c.count + j];
+        p.log_weight = kernels[j].hear(passage, route.count, ahead, &after.arena[mode.place], route.alike ? p.h : heard);
         p.J = passage.J;
-        if (route.alike) return;
-        p.J = p.own;  // the components that both have; zero elsewhere
-        for (int k = 0; k < packed_size(from.shape.n); ++k) p.own[k] = splat<T>(0.0);
-        for (int k = 0; k < from.shape.n; ++k) p.h[k] = splat<T>(0.0);
+        if (!route.alike) take_over(p, route, c.modes[i].shape.n, n, passage.J, heard);
+    }
+
+    // The components that both have; zero elsewhere.
+    static void take_over(SmoothPair<T> &p, const Route &route, int to, int n, const T *J, const T *h) {
+        p.J = p.own;
+        for (int k = 0; k < packed_size(to); ++k) p.own[k] = splat<T>(0.0);
+        for (int k = 0; k < to; ++k) p.h[k] = splat<T>(0.0);
         for (int k = 0; k < n; ++k) {
             if (route.at[k] < 0) continue;
-            p.h[route.at[k]] = heard[k];
+            p.h[route.at[k]] = h[k];
             for (int l = 0; l <= k; ++l)
-                if (route.at[l] >= 0) p.own[packed(route.at[k], route.at[l])] = passage.J[packed(k, l)];
+                if (route.at[l] >= 0) p.own[packed(route.at[k], route.at[l])] = J[packed(k, l)];
         }
     }
 
-    void fuse(const Record<T> &now, int i, int j) {
-        Pair &p = pairs[i * c.count + j];
-        const Mode<T> &mode = c.modes[i];
-        T gain;
-        const T log_det = kernels[i].fuse(&factors[i * packed_size(L)], p.J, p.h, p.x, p.P, gain);
-        for (int k = 0; k < mode.shape.n; ++k) p.x[k] = now.arena[mode.place + k] + p.x[k];
-        const T link = larger<T>(log_transition[i * c.count + j] + log_now[i], splat<T>(log_least));
-        p.log_weight = link + p.log_weight + 0.5 * (gain - log_det);
+    void fuse(const Record<T> &now) {
+        const int m = c.count;
+        for (int i = 0; i < m; ++i) {
+            const Mode<T> &mode = c.modes[i];
+            kernels[i].factor(&now.arena[mode.place + mode.shape.n], &factors[i * packed_size(L)]);
+            log_now[i] = logarithm<T>(larger<T>(now.probability[i], splat<T>(1e-300)));
+        }
+        for (int i = 0; i < m; ++i)
+            for (int j = 0; j < m; ++j) {
+                SmoothPair<T> &p = pairs[i * m + j];
+                const T link = larger<T>(log_transition[i * m + j] + log_now[i], splat<T>(log_least));
+                const Scaled<T> mean =
+                    kernels[i].fuse(factor(i), p.J, p.h, &now.arena[c.modes[i].place], p.x, covariances ? p.P : nullptr);
+                p.log_weight = link + p.log_weight + mean.log, p.share = mean.rest;
+            }
+    }
+
+    // Each pair's share of its first mode's weight, and each mode's probability.
+    void share_out() {
+        const int m = c.count;
+        T most_of_all = splat<T>(-std::numeric_limits<double>::infinity()), sum_of_all = splat<T>(0.0);
+        for (int i = 0; i < m; ++i) {
+            SmoothPair<T> *p = &pairs[i * m];
+            T most = p[0].log_weight, sum = splat<T>(0.0);
+            for (int j = 1; j < m; ++j) most = larger<T>(most, p[j].log_weight);
+            for (int j = 0; j < m; ++j) p[j].share = p[j].share * exponential<T>(p[j].log_weight - most), sum = sum + p[j].share;
+            const T over = 1.0 / sum;
+            for (int j = 0; j < m; ++j) p[j].share = p[j].share * over;
+            log_total[i] = most + logarithm<T>(sum), most_of_all = larger<T>(most_of_all, log_total[i]);
+        }
+        for (int i = 0; i < m; ++i) probability[i] = exponential<T>(log_total[i] - most_of_all), sum_of_all = sum_of_all + probability[i];
+        const T over = 1.0 / sum_of_all, level = most_of_all + logarithm<T>(sum_of_all);
+        for (int i = 0; i < m; ++i) probability[i] = probability[i] * over, log_total[i] = log_total[i] - level;
+    }
+
+    // Each mode's smoothed estimate over its pairs, matched in two moments, and its message.
+    //
+    // Where the pairs disagree the averaged message would be too sure of itself: its covariance grows by their spread about the
+    // smoothed mean, its peak stays. Its level is such that under the filtered estimate it weighs what its pairs weigh together.
+    void collapse() {
+        const int m = c.count;
+        for (int i = 0; i < m; ++i) {
+            T *x = &arena[c.modes[i].place];
+            T *P = covariances ? x + c.modes[i].shape.n : nullptr;
+            kernels[i].merge(&pairs[i * m], m, x, P, messages[i].J, messages[i].h, &spread[i * m * L]);
+        }
+        for (int i = 0; i < m; ++i) kernels[i].root(messages[i], roots[i]);
+        for (int i = 0; i < m; ++i) kernels[i].spread(&spread[i * m * L], m - 1, roots[i], messages[i].J, messages[i].h);
+        for (int i = 0; i < m; ++i)
+            messages[i].s = log_total[i] - log_now[i] - kernels[i].level(factor(i), messages[i].J, messages[i].h);
     }
 
     // A track whose next scan has nothing to do with this one ends here: its estimate is the filtered one, to the bit.
-    void end_where_unlinked(const Record<T> &now, Mask<T> linked, int i) {
-        const Mode<T> &mode = c.modes[i];
-        for (int k = mode.place; k < mode.place + mode.size(); ++k) arena[k] = select<T>(linked, arena[k], now.arena[k]);
-        probability[i] = select<T>(linked, probability[i], now.probability[i]);
-        messages[i].keep(mode.shape.n, linked);
+    void end_where_unlinked(const Record<T> &now, Mask<T> linked) {
+        if (all(linked)) return;
+        for (int i = 0; i < c.count; ++i) {
+            const Mode<T> &mode = c.modes[i];
+            for (int k = mode.place; k < mode.place + mode.size(); ++k) arena[k] = select<T>(linked, arena[k], now.arena[k]);
+            probability[i] = select<T>(linked, probability[i], now.probability[i]);
+            keep(i, messages[i], linked);
+        }
     }
 
     // Where every number of every mode is. A message beyond the range of numbers is dropped: the filtered estimate stays.
     Mask<T> finite() const {
-        T sum[4] = {};
-        const auto look = [&](int n, const T *from) {
-            for (int k = 0; k < n; ++k) sum[k % 4] = sum[k % 4] + (from[k] - from[k]);
-        };
+        T sum = splat<T>(0.0);
         for (int i = 0; i < c.count; ++i) {
-            const Mode<T> &mode = c.modes[i];
-            const Message &m = messages[i];
-            look(mode.size(), &arena[mode.place]);
-            look(1, &probability[i]);
-            look(mode.shape.n, m.h);
-            look(packed_size(mode.shape.n), m.J);
-            look(1, &m.s);
+            const T *x = &arena[c.modes[i].place];
+            sum = sum + kernels[i].unsound(x, x + c.modes[i].shape.n, messages[i]) + probability[i] * 0.0;
         }
-        return inverse(is_nan((sum[0] + sum[1]) + (sum[2] + sum[3])));
+        return inverse(is_nan(sum));
     }
-
-    // Each pair's share of its first mode's weight; returns the logarithm of that.
-    T share_out(int i) {
-        Pair *p = &pairs[i * c.count];
-        T most = p[0].log_weight, sum = splat<T>(0.0);
-        for (int j = 1; j < c.count; ++j) most = larger<T>(most, p[j].log_weight);
-        for (int j = 0; j < c.count; ++j) p[j].share = exponential<T>(p[j].log_weight - most), sum = sum + p[j].share;
-        const T over = 1.0 / sum;
-        for (int j = 0; j < c.count; ++j) p[j].share = p[j].share * over;
-        return most + logarithm<T>(sum);
-    }
-
-    // Mode i's smoothed estimate over its pairs, matched in two moments, and its message.
-    //
-    // Where the pairs disagree the averaged message would be too sure of itself: its covariance grows by their spread about the
-    // smoothed mean, its peak stays.
-    void collapse(int i) {
-        const Mode<T> &mode = c.modes[i];
-        const int n = mode.shape.n, size = packed_size(n), m = c.count;
-        const Pair *p = &pairs[i * m];
-        T *x = &arena[mode.place], *P = x + n;
-        Message &out = messages[i];
-        for (int r = 0; r < n; ++r) x[r] = p[0].share * p[0].x[r], out.h[r] = p[0].share * p[0].h[r];
-        for (int k = 0; k < size; ++k) P[k] = p[0].share * p[0].P[k], out.J[k] = p[0].share * p[0].J[k];
-        for (int j = 1; j < m; ++j) {
-            const T share = p[j].share;
-            for (int r = 0; r < n; ++r) x[r] = x[r] + share * p[j].x[r], out.h[r] = out.h[r] + share * p[j].h[r];
-            for (int k = 0; k < size; ++k) P[k] = P[k] + share * p[j].P[k], out.J[k] = out.J[k] + share * p[j].J[k];
-        }
-        for (int j = 0; j < m; ++j) {
-            T *d = &spread[j * n];
-            const T root = square_root(p[j].share);
-            for (int r = 0; r < n; ++r) d[r] = root * (p[j].x[r] - x[r]);
-            for (int r = 0; r < n; ++r)
-                for (int q = 0; q <= r; ++q) P[packed(r, q)] = P[packed(r, q)] + d[r] * d[q];
-        }
-        for (int r = 0; r < n; ++r) P[packed(r, r)] = P[packed(r, r)] * (1.0 + rounding_share(n));
-        T R[packed_size(L)], g[L], gain;
-        kernels[i].root(out.J, out.h, R, g);
-        kernels[i].blur_by_columns(spread.data(), m, R, g);
-        kernels[i].square(R, g, out.J, out.h);
-        // its level such that under the filtered estimate it weighs what its pairs weigh together
-        const T log_det = kernels[i].level(&factors[i * packed_size(L)], out.J, out.h, gain);
-        out.s = log_total[i] - log_now[i] - 0.5 * (gain - log_det);
-    }
-
-    std::vector<T> spread;  // columns: the pairs of a mode about its mean, by the roots of their shares
 
     void lay_out_routes();
 };
@@ -315,8 +248,8 @@ template <class T> class Smooth {
 template <class T>
 Smooth<T>::Smooth(const Composition<T> &composition)
     : c(composition), forward(c), one(c), messages(c.count), next(c.count), roots(c.count), routes(c.count * c.count), pairs(c.count * c.count),
-      log_total(c.count), log_transition(c.count * c.count), log_now(c.count), factors(c.count * packed_size(L)), seen_dt(nan_of<T>()),
-      spread(c.count * L) {
+      log_total(c.count), log_transition(c.count * c.count), log_now(c.count), factors(c.count * packed_size(L)),
+      spread(c.count * c.count * L), seen_dt(nan_of<T>()) {
     for (int i = 0; i < c.count; ++i) kernels.push_back(smooth_kernels<T>(c.modes[i].shape, c.modes[i].kernels.regressed));
     lay_out_routes();
 }
@@ -345,7 +278,7 @@ template <class T> void Smooth<T>::lay_out_routes() {
 
 template <class T> void Smooth<T>::last(const Record<T> &record) {
     arena = record.arena, probability = record.probability;
-    for (auto &m : messages) m.clear();
+    for (auto &m : messages) m = Message<T>();
 }
 
 template <class T> void Smooth<T>::step(const Record<T> &now, const Record<T> &after) {
@@ -355,32 +288,20 @@ template <class T> void Smooth<T>::step(const Record<T> &now, const Record<T> &a
         return;
     }
     next.swap(messages);
-    const T dt = select<T>(after.linked, after.dt, splat<T>(0.0)), least = splat<T>(1e-300);
+    const T dt = select<T>(after.linked, after.dt, splat<T>(0.0));
     forward.elapse(dt);
     if (!all(dt == seen_dt))
-        for (int k = 0; k < m * m; ++k) log_transition[k] = logarithm<T>(larger<T>(forward.transition()[k], least));
+        for (int k = 0; k < m * m; ++k) log_transition[k] = logarithm<T>(larger<T>(forward.transition()[k], splat<T>(1e-300)));
     seen_dt = dt;
-    for (int j = 0; j < m; ++j) add_measurements(after, j);
+    add_measurements(after);
+    blur(after);
     for (int j = 0; j < m; ++j)
         for (int i = 0; i < m; ++i) hear(now, after, i, j);
-    T most = splat<T>(-std::numeric_limits<double>::infinity()), sum = splat<T>(0.0);
-    for (int i = 0; i < m; ++i) {
-        const Mode<T> &mode = c.modes[i];
-        log_now[i] = logarithm<T>(larger<T>(now.probability[i], least));
-        kernels[i].factor(&now.arena[mode.place + mode.shape.n], &factors[i * packed_size(L)]);
-        for (int j = 0; j < m; ++j) fuse(now, i, j);
-        log_total[i] = share_out(i), most = larger<T>(most, log_total[i]);
-        collapse(i);
-    }
-    for (int i = 0; i < m; ++i) probability[i] = exponential<T>(log_total[i] - most), sum = sum + probability[i];
-    const T over = 1.0 / sum, level = most + logarithm<T>(sum);
-    for (int i = 0; i < m; ++i) {
-        probability[i] = probability[i] * over;
-        messages[i].s = messages[i].s - level;
-        if (!all(after.linked)) end_where_unlinked(now, after.linked, i);
-    }
-    const Mask<T> sound = finite();
-    for (int i = 0; !all(sound) && i < m; ++i) end_where_unlinked(now, sound, i);
+    fuse(now);
+    share_out();
+    collapse();
+    end_where_unlinked(now, after.linked);
+    end_where_unlinked(now, finite());
 }
 
 }  // namespace jink::inline JINK_LEVEL
