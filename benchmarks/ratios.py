@@ -44,19 +44,40 @@ def flights(tracks: int, scans: int) -> tuple[Any, np.ndarray, np.ndarray]:
 
 def pairs(tracks: int = TRACKS, scans: int = SCANS) -> list[Pair]:
     """Every ratio that has a limit."""
-    case, bank, aircraft = regular(tracks, scans), engine._imm(), jink.default_filter("aircraft", jink.Position(sd=25.0, axes=3))
+    case, bank, aircraft = (
+        regular(tracks, scans),
+        engine._imm(),
+        jink.default_filter("aircraft", jink.Position(sd=25.0, axes=3)),
+    )
     flat, solid = (case.time, case.z, case.offsets), flights(tracks, scans)
     return [
-        Pair("smooth ÷ filter, IMM 3 × 4, states", _job(bank.smooth, flat, STATES), _job(bank.filter, flat, STATES), 4.0),
-        Pair("smooth ÷ filter, IMM 3 × 4, default outputs", _job(bank.smooth, flat, DEFAULT), _job(bank.filter, flat, DEFAULT), 4.0),
-        Pair("smooth ÷ filter, aircraft in 3 axes, states", _job(aircraft.smooth, solid, STATES), _job(aircraft.filter, solid, STATES), 4.0),
+        Pair(
+            "smooth ÷ filter, IMM 3 × 4, states", _job(bank.smooth, flat, STATES), _job(bank.filter, flat, STATES), 4.0
+        ),
+        Pair(
+            "smooth ÷ filter, IMM 3 × 4, default outputs",
+            _job(bank.smooth, flat, DEFAULT),
+            _job(bank.filter, flat, DEFAULT),
+            4.0,
+        ),
+        Pair(
+            "smooth ÷ filter, aircraft in 3 axes, states",
+            _job(aircraft.smooth, solid, STATES),
+            _job(aircraft.filter, solid, STATES),
+            4.0,
+        ),
         Pair(
             "smooth ÷ filter, aircraft in 3 axes, default outputs",
             _job(aircraft.smooth, solid, DEFAULT),
             _job(aircraft.filter, solid, DEFAULT),
             4.0,
         ),
-        Pair("default call ÷ reused arrays, IMM 3 × 4", _job(bank.filter, flat, None, reuse=False), _job(bank.filter, flat, None), 1.3),
+        Pair(
+            "default call ÷ reused arrays, IMM 3 × 4",
+            _job(bank.filter, flat, None, reuse=False),
+            _job(bank.filter, flat, None),
+            1.3,
+        ),
     ]
 
 
@@ -92,7 +113,9 @@ def rows(found: Sequence[dict[str, Any]]) -> list[Row]:
         dear, cheap = (race.Lap(tuple(entry[name])) for name in ("dear", "cheap"))
         ratio = compare(dear, cheap)
         costs = f"{1e9 * dear.median:.0f} and {1e9 * cheap.median:.0f} ns a row"
-        out.append(Row(entry["what"], f"{times(ratio)}; {costs}", f"≤ {entry['most']:g}", ratio.median <= entry["most"]))
+        out.append(
+            Row(entry["what"], f"{times(ratio)}; {costs}", f"≤ {entry['most']:g}", ratio.median <= entry["most"])
+        )
     return out
 
 

@@ -40,11 +40,11 @@ template <class T> class Smooth {
 
   private:
     static constexpr int L = largest_state;
-    static constexpr double log_least = -690.77552789821368;  // of 1e-300
-    // Of a pair of modes: mode j's components in mode i (or -1), those that enter, and where it passes.
+    // Of a pair of modes: which of mode j's components enter, and where it passes.
     struct Route {
-        int at[L], entering[most_entering], count = 0, passage = 0;
-        bool first = true, alike = true;  // the first pair of its passage; both modes have the same components
+        int entering[most_entering], count = 0, passage = 0;
+        bool first = true, alike = true;                  // the first pair of its passage; both modes have the same components
+        std::vector<std::pair<int, int>> states, squares;  // where what both have stands in mode j and in mode i
     };
     const Composition<T> &c;
     Propagate<T> forward;
@@ -55,11 +55,9 @@ template <class T> class Smooth {
     std::vector<Route> routes;  // of modes i and j at i * count + j, as the pairs
     std::vector<Passage<T>> passages;
     std::vector<SmoothPair<T>> pairs;
-    std::vector<T> log_total;                // of each mode: its pairs' weights together
-    std::vector<T> log_transition, log_now;  // of Pi and of the filtered probabilities
-    std::vector<T> factors;                  // Cholesky factors of the filtered covariances
-    std::vector<T> spread;                   // of each mode: its pairs about its mean, column by column
-    T seen_dt;
+    std::vector<T> most, total;  // of each mode: its pairs' weights together are exp(most) * total
+    std::vector<T> factors;      // Cholesky factors of the filtered covariances
+    std::vector<T> spread;       // of each mode: its pairs about its mean, column by column
 
     const T *coefficient(const Record<T> &after, int j) const {
         return after.coefficients.empty() ? forward.coefficient(j) : &after.coefficients[j * largest_coefficients];
@@ -68,12 +66,21 @@ template <class T> class Smooth {
 
     // What the scan after measured, as seen by each mode; messages become empty where the track begins with that scan.
     void add_measurements(const Record<T> &after) {
+        add_measurement(after, c.sensors[after.sensor], after.measurement);
+        for (int k = 0; k < int(after.others.size()); ++k) add_measurement(after, c.sensors[k + 1], after.others[k]);
+        for (int j = 0; j < c.count && !all(after.linked); ++j) keep(j, next[j], after.linked);
+    }
+
+    void add_measurement(const Record<T> &after, const Sensor<T> &sensor, const Measurement<T> &z) {
+        const SensorSpec spec = seen(sensor);
+        const bool direct = spec.linear() && !z.full;
+        T weight[largest_measurement];
+        if (direct) weigh_components(spec, z, weight);
         for (int j = 0; j < c.count; ++j) {
             const Mode<T> &mode = c.modes[j];
             const T *x = &after.arena[mode.place];
-            add_measurement(mode, x, c.sensors[after.sensor], after.measurement, next[j]);
-            for (int k = 0; k < int(after.others.size()); ++k) add_measurement(mode, x, c.sensors[k + 1], after.others[k], next[j]);
-            if (!all(after.linked)) keep(j, next[j], after.linked);
+            if (direct) add_components(mode, x, spec, z, weight, next[j]);
+            else add_rows(mode, x, spec, z, next[j]);
         }
     }
 
@@ -83,7 +90,7 @@ template <class T> class Smooth {
         const T zero = splat<T>(0.0);
         for (int k = 0; k < packed_size(n); ++k) m.J[k] = select<T>(lanes_with_it, m.J[k], zero);
         for (int k = 0; k < n; ++k) m.h[k] = select<T>(lanes_with_it, m.h[k], zero);
-        m.s = select<T>(lanes_with_it, m.s, zero);
+        m.s = select<T>(lanes_with_it, m.s, zero), m.rest = select<T>(lanes_with_it, m.rest, splat<T>(1.0));
     }
 
     void blur(const Record<T> &after) {
@@ -112,7 +119,7 @@ template <class T> class Smooth {
         } else {
             mode.kernels.pull(start, coefficient(after, j), to.root->R, to.B);
         }
-        to.s = to.root->s;
+        to.s = to.root->s, to.rest = to.root->rest;
         if (route.count) enter(to, route, kernel, n, start + n);
         kernel.gram(to.B, to.J);
     }
@@ -156,20 +163,11 @@ template <class T> class Smooth {
         SmoothPair<T> &p = pairs[i * c.count + j];
         p.log_weight = kernels[j].hear(passage, route.count, ahead, &after.arena[mode.place], route.alike ? p.h : heard);
         p.J = passage.J;
-        if (!route.alike) take_over(p, route, c.modes[i].shape.n, n, passage.J, heard);
-    }
-
-    // The components that both have; zero elsewhere.
-    static void take_over(SmoothPair<T> &p, const Route &route, int to, int n, const T *J, const T *h) {
-        p.J = p.own;
-        for (int k = 0; k < packed_size(to); ++k) p.own[k] = splat<T>(0.0);
-        for (int k = 0; k < to; ++k) p.h[k] = splat<T>(0.0);
-        for (int k = 0; k < n; ++k) {
-            if (route.at[k] < 0) continue;
-            p.h[route.at[k]] = h[k];
-            for (int l = 0; l <= k; ++l)
-                if (route.at[l] >= 0) p.own[packed(route.at[k], route.at[l])] = J[packed(k, l)];
-        }
+        p.share = passage.rest;
+        if (route.alike) return;
+        p.J = p.own;  // zero but for the components that both have
+        for (auto [from, to] : route.states) p.h[to] = heard[from];
+        for (auto [from, to] : route.squares) p.own[to] = passage.J[from];
     }
 
     void fuse(const Record<T> &now) {
@@ -177,15 +175,14 @@ template <class T> class Smooth {
         for (int i = 0; i < m; ++i) {
             const Mode<T> &mode = c.modes[i];
             kernels[i].factor(&now.arena[mode.place + mode.shape.n], &factors[i * packed_size(L)]);
-            log_now[i] = logarithm<T>(larger<T>(now.probability[i], splat<T>(1e-300)));
         }
         for (int i = 0; i < m; ++i)
             for (int j = 0; j < m; ++j) {
                 SmoothPair<T> &p = pairs[i * m + j];
-                const T link = larger<T>(log_transition[i * m + j] + log_now[i], splat<T>(log_least));
-                const Scaled<T> mean =
-                    kernels[i].fuse(factor(i), p.J, p.h, &now.arena[c.modes[i].place], p.x, covariances ? p.P : nullptr);
-                p.log_weight = link + p.log_weight + mean.log, p.share = mean.rest;
+                const T *x = &now.arena[c.modes[i].place];
+                const Scaled<T> mean = kernels[i].fuse(factor(i), p.J, p.h, x, p.x, covariances ? p.P : nullptr);
+                const Scaled<T> link = scaled<T>(larger<T>(forward.transition()[i * m + j] * now.probability[i], splat<T>(1e-300)));
+                p.log_weight = link.log + p.log_weight + mean.log, p.share = link.rest * p.share * mean.rest;
             }
     }
 
@@ -195,33 +192,38 @@ template <class T> class Smooth {
         T most_of_all = splat<T>(-std::numeric_limits<double>::infinity()), sum_of_all = splat<T>(0.0);
         for (int i = 0; i < m; ++i) {
             SmoothPair<T> *p = &pairs[i * m];
-            T most = p[0].log_weight, sum = splat<T>(0.0);
-            for (int j = 1; j < m; ++j) most = larger<T>(most, p[j].log_weight);
-            for (int j = 0; j < m; ++j) p[j].share = p[j].share * exponential<T>(p[j].log_weight - most), sum = sum + p[j].share;
-            const T over = 1.0 / sum;
+            most[i] = p[0].log_weight, total[i] = splat<T>(0.0);
+            for (int j = 1; j < m; ++j) most[i] = larger<T>(most[i], p[j].log_weight);
+            for (int j = 0; j < m; ++j) p[j].share = p[j].share * exponential<T>(p[j].log_weight - most[i]), total[i] = total[i] + p[j].share;
+            const T over = 1.0 / total[i];
             for (int j = 0; j < m; ++j) p[j].share = p[j].share * over;
-            log_total[i] = most + logarithm<T>(sum), most_of_all = larger<T>(most_of_all, log_total[i]);
+            most_of_all = larger<T>(most_of_all, most[i]);
         }
-        for (int i = 0; i < m; ++i) probability[i] = exponential<T>(log_total[i] - most_of_all), sum_of_all = sum_of_all + probability[i];
-        const T over = 1.0 / sum_of_all, level = most_of_all + logarithm<T>(sum_of_all);
-        for (int i = 0; i < m; ++i) probability[i] = probability[i] * over, log_total[i] = log_total[i] - level;
+        for (int i = 0; i < m; ++i) {
+            most[i] = most[i] - most_of_all;
+            probability[i] = exponential<T>(most[i]) * total[i], sum_of_all = sum_of_all + probability[i];
+        }
+        const T over = 1.0 / sum_of_all;
+        for (int i = 0; i < m; ++i) probability[i] = probability[i] * over, total[i] = total[i] * over;
     }
 
     // Each mode's smoothed estimate over its pairs, matched in two moments, and its message.
     //
     // Where the pairs disagree the averaged message would be too sure of itself: its covariance grows by their spread about the
     // smoothed mean, its peak stays. Its level is such that under the filtered estimate it weighs what its pairs weigh together.
-    void collapse() {
+    void collapse(const Record<T> &now) {
         const int m = c.count;
         for (int i = 0; i < m; ++i) {
-            T *x = &arena[c.modes[i].place];
-            T *P = covariances ? x + c.modes[i].shape.n : nullptr;
+            T *x = &arena[c.modes[i].place], *P = covariances ? x + c.modes[i].shape.n : nullptr;
             kernels[i].merge(&pairs[i * m], m, x, P, messages[i].J, messages[i].h, &spread[i * m * L]);
         }
         for (int i = 0; i < m; ++i) kernels[i].root(messages[i], roots[i]);
         for (int i = 0; i < m; ++i) kernels[i].spread(&spread[i * m * L], m - 1, roots[i], messages[i].J, messages[i].h);
-        for (int i = 0; i < m; ++i)
-            messages[i].s = log_total[i] - log_now[i] - kernels[i].level(factor(i), messages[i].J, messages[i].h);
+        for (int i = 0; i < m; ++i) {
+            const Scaled<T> mean = kernels[i].level(factor(i), messages[i].J, messages[i].h);
+            const Scaled<T> weight = scaled<T>(total[i] / (mean.rest * larger<T>(now.probability[i], splat<T>(1e-300))));
+            messages[i].s = most[i] - mean.log + weight.log, messages[i].rest = weight.rest;
+        }
     }
 
     // A track whose next scan has nothing to do with this one ends here: its estimate is the filtered one, to the bit.
@@ -251,8 +253,7 @@ template <class T> class Smooth {
 template <class T>
 Smooth<T>::Smooth(const Composition<T> &composition)
     : c(composition), forward(c), one(c), messages(c.count), next(c.count), roots(c.count), routes(c.count * c.count), pairs(c.count * c.count),
-      log_total(c.count), log_transition(c.count * c.count), log_now(c.count), factors(c.count * packed_size(L)),
-      spread(c.count * c.count * L), seen_dt(nan_of<T>()) {
+      most(c.count), total(c.count), factors(c.count * packed_size(L)), spread(c.count * c.count * L) {
     for (int i = 0; i < c.count; ++i) kernels.push_back(smooth_kernels<T>(c.modes[i].shape, c.modes[i].kernels.regressed));
     lay_out_routes();
 }
@@ -265,8 +266,11 @@ template <class T> void Smooth<T>::lay_out_routes() {
             const Mode<T> &from = c.modes[i], &to = c.modes[j];
             Route &route = routes[i * c.count + j];
             for (int k = 0; k < to.shape.n; ++k) {
-                route.at[k] = place_of(to.shape, k, from.shape);
-                if (route.at[k] < 0) route.entering[route.count++] = k;
+                const int at = place_of(to.shape, k, from.shape);
+                if (at < 0) route.entering[route.count++] = k;
+                for (const auto &[other, place] : route.states)
+                    if (at >= 0) route.squares.emplace_back(packed(k, other), packed(at, place));
+                if (at >= 0) route.states.emplace_back(k, at), route.squares.emplace_back(packed(k, k), packed(at, at));
             }
             route.alike = route.count == 0 && from.shape.n == to.shape.n;
             for (int before = 0; before < i && route.first && to.kernels.linear; ++before) {
@@ -281,13 +285,13 @@ template <class T> void Smooth<T>::lay_out_routes() {
 
 template <class T> void Smooth<T>::last(const Record<T> &record) {
     arena = record.arena, probability = record.probability;
-    for (auto &m : messages) m = Message<T>();
+    for (auto &m : messages) m = Message<T>(), m.rest = splat<T>(1.0);
 }
 
 template <class T> void Smooth<T>::last(const Record<T> &record, Mask<T> lanes_of_it) {
     for (std::size_t k = 0; k < arena.size(); ++k) arena[k] = select<T>(lanes_of_it, record.arena[k], arena[k]);
     for (std::size_t k = 0; k < probability.size(); ++k) probability[k] = select<T>(lanes_of_it, record.probability[k], probability[k]);
-    for (auto &m : messages) m.keep(inverse(lanes_of_it));
+    for (int i = 0; i < c.count; ++i) keep(i, messages[i], inverse(lanes_of_it));
 }
 
 template <class T> void Smooth<T>::step(const Record<T> &now, const Record<T> &after) {
@@ -297,18 +301,14 @@ template <class T> void Smooth<T>::step(const Record<T> &now, const Record<T> &a
         return;
     }
     next.swap(messages);
-    const T dt = select<T>(after.linked, after.dt, splat<T>(0.0));
-    forward.elapse(dt);
-    if (!all(dt == seen_dt))
-        for (int k = 0; k < m * m; ++k) log_transition[k] = logarithm<T>(larger<T>(forward.transition()[k], splat<T>(1e-300)));
-    seen_dt = dt;
+    forward.elapse(select<T>(after.linked, after.dt, splat<T>(0.0)));
     add_measurements(after);
     blur(after);
     for (int j = 0; j < m; ++j)
         for (int i = 0; i < m; ++i) hear(now, after, i, j);
     fuse(now);
     share_out();
-    collapse();
+    collapse(now);
     end_where_unlinked(now, after.linked);
     end_where_unlinked(now, finite());
 }

@@ -15,18 +15,18 @@ namespace jink::inline JINK_LEVEL {
 
 inline constexpr int most_entering = 4;
 
-// A message as it is kept from scan to scan, and as s - 1/2 |g - R' e|^2.
+// A message as it is kept from scan to scan, and as s - 1/2 |g - R' e|^2. `rest` is a factor beside exp(s), which spares logarithms.
 template <class T> struct Message {
-    T J[packed_size(largest_state)], h[largest_state], s;
+    T J[packed_size(largest_state)], h[largest_state], s, rest;
 };
 template <class T> struct MessageRoot {
-    T R[packed_size(largest_state)], g[largest_state], s;
+    T R[packed_size(largest_state)], g[largest_state], s, rest;
 };
 
 // A message through the motion from the scan before: |c - B e|^2 with e in the states before, and J = B' B. `v` and `scale` are of
 // the components that enter (enter below).
 template <class T> struct Passage {
-    T B[largest_state * largest_state], J[packed_size(largest_state)], v[most_entering * largest_state], scale[most_entering], s;
+    T B[largest_state * largest_state], J[packed_size(largest_state)], v[most_entering * largest_state], scale[most_entering], s, rest;
     MessageRoot<T> own;  // where its noise depends on the state
     const MessageRoot<T> *root;
 };
@@ -37,7 +37,7 @@ template <class T> struct SmoothPair {
     const T *J;  // its own, or its passage's
 };
 
-// A positive number as exp(log) * rest, 1 <= rest < 2 and log a whole number of log 2: a logarithm for a few bits' work.
+// A positive number as exp(log) * rest, with 1 <= rest < 2 and a log that is a multiple of log 2: quicker than a logarithm.
 template <class T> struct Scaled {
     T log, rest;
 };
@@ -67,8 +67,8 @@ template <class T> struct SmoothKernels {
     T (*hear)(const Passage<T> &by, int entering, const T *ahead, const T *x, T *h);
     // Of N(x, L L') and the message: mean and, unless null, covariance of their product, and the message's mean under the former.
     Scaled<T> (*fuse)(const T *L, const T *J, const T *h, const T *x, T *to, T *P);
-    // That mean alone, its logarithm.
-    T (*level)(const T *L, const T *J, const T *h);
+    // That mean alone.
+    Scaled<T> (*level)(const T *L, const T *J, const T *h);
     // Moments of a mode over its pairs, by their shares (P unless null), and their mean message. V gets the spread of the pairs about
     // the mean, count - 1 columns.
     void (*merge)(const SmoothPair<T> *pairs, int count, T *x, T *P, T *J, T *h, T *V);
@@ -190,7 +190,7 @@ template <class T, int N> [[gnu::noinline]] void smooth_root(const Message<T> &m
             rest[i] = rest[i] - R[packed(i, j)] * g;
         }
     }
-    to.s = s;
+    to.s = s, to.rest = m.rest;
 }
 
 // Process noise couples the components of a block of B, one axis of the state; a turn rate is by itself.
@@ -218,7 +218,8 @@ template <class T, int N, int B> [[gnu::noinline]] void smooth_blur(const T *Q, 
     solve_root<T, N>(U, over, m.R, W);
     solve_upper_root<T, N>(U, over, m.g);
     std::copy_n(W, packed_size(N), m.R);
-    m.s = m.s + logarithm<T>(over_det);
+    const Scaled<T> over_root = scaled<T>(over_det);
+    m.s = m.s + over_root.log, m.rest = m.rest * over_root.rest;
 }
 
 // J = R R'.
@@ -380,10 +381,11 @@ template <class T, int N> [[gnu::noinline]] Scaled<T> smooth_fuse(const T *L, co
     return mean;
 }
 
-template <class T, int N> [[gnu::noinline]] T smooth_level(const T *L, const T *J, const T *h) {
+template <class T, int N> [[gnu::noinline]] Scaled<T> smooth_level(const T *L, const T *J, const T *h) {
     T U[packed_size(N)], over[N], u[N], gain;
-    const T over_det = smooth_whiten<T, N>(L, J, h, U, over, u, gain);
-    return 0.5 * gain + logarithm<T>(over_det);
+    Scaled<T> mean = scaled<T>(smooth_whiten<T, N>(L, J, h, U, over, u, gain));
+    mean.log = mean.log + 0.5 * gain;
+    return mean;
 }
 
 // Pair after pair: w_k of them together and their mean x_k, the spread grows by w_(k-1) share_k / w_k d d', d = x of pair k - x_(k-1).
@@ -435,7 +437,7 @@ template <class T, int N>
 }
 
 template <class T, int N> [[gnu::noinline]] T smooth_unsound(const T *x, const T *P, const Message<T> &m) {
-    T sum[4] = {m.s * 0.0, splat<T>(0.0), splat<T>(0.0), splat<T>(0.0)};
+    T sum[4] = {m.s * 0.0, m.rest * 0.0, splat<T>(0.0), splat<T>(0.0)};
     JINK_UNROLL
     for (int k = 0; k < N; ++k) sum[k % 4] = sum[k % 4] + x[k] * 0.0 + m.h[k] * 0.0;
     JINK_UNROLL

@@ -6,23 +6,25 @@
 
 namespace jink::inline JINK_LEVEL {
 
-// Components of the state themselves, each with noise of its own.
-template <class T> void add_components(const Mode<T> &mode, const T *x, const SensorSpec &spec, const Measurement<T> &z, Message<T> &m) {
-    const T zero = splat<T>(0.0);
+// Components of the state themselves, each with noise of its own: one over its variance, or 0 where it is missing.
+template <class T> void weigh_components(const SensorSpec &spec, const Measurement<T> &z, T *weight) {
+    for (int r = 0; r < spec.rows; ++r) weight[r] = select<T>(z.present[r], 1.0 / z.R[r], splat<T>(0.0));
+}
+
+template <class T>
+void add_components(const Mode<T> &mode, const T *x, const SensorSpec &spec, const Measurement<T> &z, const T *weight, Message<T> &m) {
     for (int r = 0; r < spec.rows; ++r) {
         const int p = (r % spec.axes) * mode.shape.block + r / spec.axes;
-        const T weight = select<T>(z.present[r], 1.0 / z.R[r], zero);
-        const T y = select<T>(z.present[r], z.z[r] - x[p], zero), h = weight * y;
-        m.J[packed(p, p)] = m.J[packed(p, p)] + weight;
+        const T y = select<T>(z.present[r], z.z[r] - x[p], splat<T>(0.0)), h = weight[r] * y;
+        m.J[packed(p, p)] = m.J[packed(p, p)] + weight[r];
         m.h[p] = m.h[p] + h;
         m.s = m.s - 0.5 * h * y;
     }
 }
 
-template <class T> void add_measurement(const Mode<T> &mode, const T *x, const Sensor<T> &sensor, const Measurement<T> &z, Message<T> &m) {
+// Any sensor, linearised at x.
+template <class T> void add_rows(const Mode<T> &mode, const T *x, const SensorSpec &spec, const Measurement<T> &z, Message<T> &m) {
     constexpr int M = largest_measurement, L = largest_state;
-    const SensorSpec spec = seen(sensor);
-    if (spec.linear() && !z.full) return add_components(mode, x, spec, z, m);
     const int n = mode.shape.n;
     const T zero = splat<T>(0.0), one = splat<T>(1.0);
     T y[M], H[M * L], R[packed_size(M)], chol[packed_size(M)], column[M];
