@@ -16,7 +16,7 @@ import numpy as np
 import jink
 
 from . import engine, race, table
-from .cases import Case, regular
+from .cases import regular
 from .race import Job, compare
 from .targets import Row, times
 
