@@ -164,7 +164,7 @@ def _from_bytes(file: str, content: bytes) -> Table:
         content = content.decode("utf-16", errors="replace").encode()
     content = content.removeprefix(b"\xef\xbb\xbf")
     start = content[:4096].lstrip()[:1]
-    if not content.strip():
+    if not start and not content.strip():
         raise InputError(f"{file} is empty")
     head = content[:HEAD].lstrip()
     for known in FORMATS:
