@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._engine import native
 from ..checks import Array, thread_count
 from ..estimate import Estimate
+from ..io.stages import stage
 from ..models.motion import component_names, mode_names
 from ..models.non_manoeuvring import non_manoeuvring_modes
 from ..models.outliers import Outliers
@@ -303,6 +304,7 @@ class Bank:
             components=self.components,
         )
 
+    @stage("filter")
     def _run(
         self,
         batch: Batch,

@@ -23,6 +23,7 @@ from .formats import json as json_text
 from .formats import nested
 from .formats.registry import FORMATS
 from .rejected import unreadable
+from .stages import stage
 
 HEAD = 1 << 16  # bytes that tell the format
 Rows = tuple[pl.DataFrame, pl.DataFrame]
@@ -83,6 +84,7 @@ def expand(inputs: Sequence[str | Path]) -> list[Path]:
     return list(found)
 
 
+@stage("read")
 def open_table(path: Path) -> Table:
     """Recognise a file's format by its first bytes and read its column names, or raise InputError."""
     file = str(path)

@@ -27,11 +27,7 @@ class CsvText:
     def __init__(self, file: str, content: bytes):
         found = body(content)
         self.file, self.content, self.separator, self.notes = file, found.content, found.separator, found.notes
-        first = (
-            self.content[: self.content.find(b"\n") % (len(self.content) + 1)]
-            .decode("utf-8", errors="replace")
-            .rstrip("\r")
-        )
+        first = first_line(self.content).decode("utf-8", errors="replace").rstrip("\r")
         self.names = [name.strip() for name in next(csv.reader([first], delimiter=self.separator), [])]
         if self.names and all(is_number(name) for name in self.names):
             raise InputError(
