@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._engine import native
 from ..checks import Array, thread_count
 from ..estimate import Estimate
+from ..io.stages import stage
 from ..models.motion import component_names, mode_names
 from ..models.non_manoeuvring import non_manoeuvring_modes
 from ..models.observed import Observed
@@ -341,6 +342,7 @@ class Bank:
             components=self.components,
         )
 
+    @stage("filter")
     def _run(
         self,
         batch: Batch,
