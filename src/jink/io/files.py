@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import glob
 import io
+import os
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -83,9 +84,14 @@ def expand(inputs: Sequence[str | Path]) -> list[Path]:
     return list(found)
 
 
+def name_of(path: Path) -> str:
+    """A file's name as text; bytes that are not UTF-8 are shown as `\\xff`."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
+
+
 def open_table(path: Path) -> Table:
     """Recognise a file's format by its first bytes and read its column names, or raise InputError."""
-    file = str(path)
+    file = name_of(path)
     if path.is_fifo():
         return _from_pipe(file, path)
     try:
@@ -96,9 +102,9 @@ def open_table(path: Path) -> Table:
     if not head:
         raise InputError(f"{file} is empty")
     if head.startswith((b"\x1f\x8b", b"\x28\xb5\x2f\xfd")):
-        return _from_bytes(file, _decompress(path, head))
+        return open_content(file, _decompress(path, head))
     if head.startswith(b"PK\x03\x04") and (packed := _only_member(path)) is not None:
-        return _from_bytes(file, packed)
+        return open_content(file, packed)
     for magic, what in FOREIGN.items():
         if head.startswith(magic):
             raise InputError(f"{file} is {what}")
@@ -106,8 +112,9 @@ def open_table(path: Path) -> Table:
         raise InputError(f"{file} is a FIT file of a sports watch (export it as GPX or TCX)")
     for magic, kind in MAGIC.items():
         if head.startswith(magic):
-            return _columnar(file, path, kind)
-    return _from_bytes(file, path.read_bytes())
+            # polars opens names that are UTF-8 alone
+            return _columnar(file, path if file == str(path) else io.BytesIO(path.read_bytes()), kind)
+    return open_content(file, path.read_bytes())
 
 
 def _from_pipe(file: str, path: Path) -> Table:
@@ -119,7 +126,7 @@ def _from_pipe(file: str, path: Path) -> Table:
             content = _gunzip(content)
         except (EOFError, zlib.error) as error:
             raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
-    return _from_bytes(file, content)
+    return open_content(file, content)
 
 
 def _decompress(path: Path, head: bytes) -> bytes:
@@ -156,7 +163,8 @@ def _gunzip(packed: bytes) -> bytes:
     return pieces[0] if len(pieces) == 1 else b"".join(pieces)
 
 
-def _from_bytes(file: str, content: bytes) -> Table:
+def open_content(file: str, content: bytes) -> Table:
+    """Recognise the format of a file's content. Errors: InputError."""
     for magic, kind in MAGIC.items():
         if content.startswith(magic):
             return _columnar(file, io.BytesIO(content), kind)
