@@ -132,10 +132,10 @@ class Spill:
             )
             if not files:
                 continue
-            frames = [pl.read_ipc(path, memory_map=False) for path in files]
+            whole = pl.concat([pl.read_ipc(path) for path in files], how="vertical_relaxed", rechunk=True)
             for path in files:
                 path.unlink()
-            parts.append(source.opened.measured(pl.concat(frames, how="vertical_relaxed", rechunk=True), some=True))
+            parts.append(source.opened.measured(whole, some=True))
             names.append(source.opened.file)
         return together(parts, names)
 

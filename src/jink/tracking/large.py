@@ -29,11 +29,13 @@ from .prepare import EVIDENCE, Group, Known, Prepared, Settings, drawn, prepare
 from .stretches import pieces
 from .summary import CLEANED, plain, reasons, words_for
 
-PER_ROW = 750  # bytes of memory that a row takes from its reading to its track
+PER_ROW = 800  # bytes of memory that a row takes from its reading to its track
 FIXED = 450_000_000  # bytes that the packages, a piece of the input and the tables on their way take
 PIECE = 500_000  # rows that are read at once
 FEWEST = 100_000  # rows of a share: smaller ones save nothing
-SLIM = ("target", "time", "status", "speed", "acceleration_x", "acceleration_y", "measured_x", "measured_y", "x", "nis")
+SLIM = ("target", "time", "status", "speed", "acceleration_x", "acceleration_y", "measured_x", "measured_y")
+KNOWN = ("x", "nis")  # columns of which the checks ask whether there is a value
+NEEDED = ("file", "row", "target", "part", "time")  # columns of measurements that tables take over
 
 Progress = Callable[[str, int, int], None]
 
@@ -143,18 +145,21 @@ class Large:
         if self.known is None:
             self.known = Known.of(prepared)
         prepared.cleaned.rows = prepared.cleaned.rows.clear()
+        groups = [replace(g, placed=replace(g.placed, rows=g.placed.rows.select(NEEDED))) for g in prepared.groups]
+        prepared.groups.clear()
         slim: list[pl.DataFrame] = []
-        for table in self._in_order(prepared.groups, absolute):
+        for table in self._in_order(groups, absolute):
             table = self._aligned(table)
-            slim.append(table.select(name for name in SLIM if name in table.columns))
+            known = [pl.col(name).is_not_null().replace(False, None) for name in KNOWN if name in table.columns]
+            slim.append(table.select(*(name for name in SLIM if name in table.columns), *known))
             self._count(table)
             yield table
         whole = pl.concat(slim)
         self.seen.append(Seen.of(whole, self.settings.kind))
         self.counts["targets"] += whole["target"].n_unique()
-        self.counts["parts"] += sum(int(group.placed.new.sum()) for group in prepared.groups)
+        self.counts["parts"] += sum(int(group.placed.new.sum()) for group in groups)
         self.ends += [whole["time"].min(), whole["time"].max()]
-        for group in prepared.groups:
+        for group in groups:
             self.counts[f"axes {group.placed.axes}"] += int(group.placed.new.sum())
 
     def _in_order(self, groups: list[Group], absolute: bool) -> Iterator[pl.DataFrame]:
@@ -172,7 +177,7 @@ class Large:
         if new:
             raise InputError(f"the column {new[0]!r} is in some tracks alone; a larger --memory tracks them together")
         missing = [pl.lit(None, kind).alias(name) for name, kind in self.schema.items() if name not in table.columns]
-        return table.with_columns(missing).select(self.schema)
+        return table.with_columns(missing).select(list(self.schema))
 
     def _count(self, table: pl.DataFrame) -> None:
         self.counts["accepted"] += table.height
@@ -201,7 +206,7 @@ class Large:
     def rejected(self) -> Iterator[pl.DataFrame]:
         """The rows that are in no track."""
         for number in range(self.lost):
-            yield pl.read_ipc(self.spill.folder / f"rejected-{number}.arrow", memory_map=False)
+            yield pl.read_ipc(self.spill.folder / f"rejected-{number}.arrow")
 
     def summary(self) -> dict[str, Any]:
         """What was done and found. Errors: InputError where no track is plausible."""

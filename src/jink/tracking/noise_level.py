@@ -93,13 +93,14 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str, known_level: N
     usual = known_level.step if known_level else None
     vertical = placed.components[2] if placed.axes == 3 else None
     measured = np.isfinite(placed.plane[:, 0]) & np.isfinite(placed.plane[:, 1])
+    # of all rows a view is enough
+    which = slice(None) if measured.all() else measured
     velocity = np.zeros((count, 2))
-    velocity[measured] = rough_velocity(
-        placed.time[measured], placed.plane[measured], _starts(placed, measured), usual=usual
-    )
+    starts = _starts(placed, measured)
+    velocity[which] = rough_velocity(placed.time[which], placed.plane[which], starts, usual=usual)
     source, group, of_source = _groups(placed)
-    some = placed.time[measured], placed.plane[measured], velocity[measured], _starts(placed, measured)
-    found, stamps = plane_scatter(*some, group[measured], of_source.size, usual)
+    some = placed.time[which], placed.plane[which], velocity[which], starts
+    found, stamps = plane_scatter(*some, group[which], of_source.size, usual)
     if known_level:
         of_rows = _Known(known_level, source, of_source, _by_target(placed))
         found, stamps = of_rows.figures("position_sd", found), of_rows.figures("time_sd", stamps)

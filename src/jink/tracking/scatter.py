@@ -25,6 +25,7 @@ MEDIAN, TAIL = (
     1.4826,
     1.0 / 1.6449,
 )  # sd of a Gaussian over the 50 % and the 90 % quantile of its absolute values
+BLOCK = 500_000  # differences that are formed at once, to bound memory
 LEAST = 20  # differences needed for an estimate
 ROUNDING = 1e-7  # m or rad: changes below it are of the arithmetic, not of a sensor
 MOVING = 5.0  # m/s: slower targets have no direction to speak of
@@ -47,6 +48,12 @@ def third_differences(
         usual = float(np.median(step[inside])) if inside.any() else 0.0
     fine = inside & (step > 0) & (step <= 3.0 * max(usual, 1e-9))
     index = np.flatnonzero(fine[:-2] & fine[1:-1] & fine[2:])
+    blocks = [_differences(time, value, index[k : k + BLOCK]) for k in range(0, max(index.size, 1), BLOCK)]
+    return np.concatenate(blocks), index + 1
+
+
+def _differences(time: np.ndarray, value: np.ndarray, index: np.ndarray) -> np.ndarray:
+    """The combinations of four values from those at `index` on."""
     t = [time[index + k] for k in range(4)]
     weights = []
     for i in range(4):
@@ -57,8 +64,7 @@ def third_differences(
         weights.append(1.0 / product)
     scale = np.sqrt(sum(w * w for w in weights))
     shape = (-1,) + (1,) * (value.ndim - 1)
-    total = sum((w / scale).reshape(shape) * value[index + k] for k, w in enumerate(weights))
-    return np.asarray(total), index + 1
+    return np.asarray(sum((w / scale).reshape(shape) * value[index + k] for k, w in enumerate(weights)))
 
 
 def component_sd(
@@ -117,6 +123,9 @@ def plane_scatter(
 def grouped_quantile(value: np.ndarray, group: np.ndarray, groups: int, share: float, least: int = LEAST) -> np.ndarray:
     """Quantile of the known values of every group (G,); NaN where fewer than `least` are known."""
     known = np.isfinite(value)
+    if groups == 1:
+        some = pl.Series(value[known])
+        return np.array([some.quantile(share) if len(some) >= least else np.nan])
     table = pl.DataFrame({"group": group[known], "value": value[known]})
     found = table.group_by("group").agg(pl.len().alias("count"), pl.col("value").quantile(share))
     enough = found.filter(pl.col("count") >= least)

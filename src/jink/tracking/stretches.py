@@ -116,13 +116,16 @@ def _agree(one: dict[str, np.ndarray], rows: np.ndarray, other: dict[str, np.nda
     """Whether some rows of one result are those of another; NaN is equal to NaN."""
     x, y = one["x"][rows], other["x"][same]
     sd = np.sqrt(np.einsum("nii->ni", one["P"][rows]))
+    # far from the origin, coordinates have fewer digits behind the point, and all that follows from them too
+    most = SAME + ROUNDING * np.max(np.abs(x) / sd, axis=1, initial=0.0)
     near = [
-        np.abs(x - y) <= SAME * sd + ROUNDING * np.abs(x),
-        np.abs(one["P"][rows] - other["P"][same]) <= SAME * sd[:, :, None] * sd[:, None, :],
-        np.abs(one["mode_probability"][rows] - other["mode_probability"][same]) <= SAME,
+        np.abs(x - y) / sd,
+        np.abs(one["P"][rows] - other["P"][same]) / (sd[:, :, None] * sd[:, None, :]),
+        np.abs(one["mode_probability"][rows] - other["mode_probability"][same]),
     ]
+    near = [each.reshape(len(x), -1).max(axis=1) <= most for each in near]
     neither = np.isnan(x).all(axis=1) & np.isnan(y).all(axis=1)
-    return bool(np.all(neither | np.logical_and.reduce([each.reshape(len(x), -1).all(axis=1) for each in near])))
+    return bool(np.all(neither | np.logical_and.reduce(near)))
 
 
 class SegmentsGoOn:
