@@ -115,7 +115,7 @@ class Large:
             self._learn_schema(prepared)
         for number, measurements in enumerate(self.spill.shares(shares)):
             yield from self._share(measurements)
-            self.progress("smoothing" if self.settings.smooth else "filtering", number + 1, shares)
+            self.progress("smoothing" if self.settings.smoothing is not None else "filtering", number + 1, shares)
         if not self.counts["accepted"]:
             raise InputError(nothing_left(self.spill.rows, self.refused.most_common()))
 
@@ -240,8 +240,7 @@ class Large:
             "filter": {f"{axes} axes": words_for(filter) for axes, (_, filter) in known.filters.items()},
             "status": dict(self.status.most_common()),
             "consistency": consistency,
-            "kind": self.settings.kind,
-            "smoothed": self.settings.smooth,
+            **self.settings.said(),
             "gap_seconds": known.pace.gap,
             "seconds": clock.perf_counter() - self.began,
             "warnings": as_dicts(found, self.counts["targets"]),

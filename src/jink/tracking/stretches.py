@@ -7,8 +7,9 @@ meet must have the same estimate, to `SAME` of its standard deviation. Where the
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -55,10 +56,18 @@ def pieces(offsets: np.ndarray, most: int = CHUNK) -> Iterator[Piece]:
 class Stretched:
     """Runs one verb of a filter, `filter` or `smooth`, on pieces, one after the other."""
 
-    def __init__(self, filter: Any, placed: Placed, covariance: np.ndarray | None, smooth: bool, threads: int | None):
-        self.verb = filter.smooth if smooth else filter.filter
+    def __init__(
+        self,
+        filter: Any,
+        placed: Placed,
+        covariance: np.ndarray | None,
+        smoothing: Mapping[str, Any] | None,
+        threads: int | None,
+    ):
+        """smoothing: what `filter.smooth` is told; None: the rows are filtered."""
+        self.verb = filter.filter if smoothing is None else partial(filter.smooth, **smoothing)
         self.time, self.z, self.offsets, self.covariance = placed.time, placed.z, placed.offsets, covariance
-        self.smooth, self.threads = smooth, threads
+        self.smooth, self.threads = smoothing is not None, threads
         self.overlap = OVERLAP
         self.end: dict[str, np.ndarray] | None = None  # the last row's estimate of the piece before, of the same part
 
