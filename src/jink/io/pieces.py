@@ -116,7 +116,8 @@ def _by_lines(file: str, path: Path) -> Pieced | None:
                     "a larger --memory reads the file whole"
                 )
             here = [name for name in wanted if name in text.names]
-            frame, bad = text.read(here)
+            # what a column holds is not decided by one block
+            frame, bad = text.read(here, typed=False) if isinstance(text, CsvText) else text.read(here)
             frame = frame.with_columns(pl.lit(None).alias(name) for name in wanted if name not in here)
             count = frame.height + bad.height
             shift = pl.col("row") + start

@@ -34,6 +34,7 @@ class Source:
     pieced: Pieced
     opened: Opened
     wanted: list[str]
+    whole_numbers: bool = False  # whether all identifiers are such, and are read as such
 
     @classmethod
     def of(cls, path: Path, pieced: Pieced, how: Reading) -> Source:
@@ -53,7 +54,14 @@ class Source:
         column = self.opened.columns.roles.get("target")
         if column is None:
             return pl.repeat(self.opened.default_target, frame.height, dtype=pl.String, eager=True)
-        return target_names(frame[column.name]).fill_null("")
+        return target_names(self.typed(frame)[column.name]).fill_null("")
+
+    def typed(self, frame: pl.DataFrame) -> pl.DataFrame:
+        """The frame with its identifiers as the whole file has them."""
+        column = self.opened.columns.roles.get("target")
+        if column is None or not self.whole_numbers or frame.schema[column.name] != pl.String:
+            return frame
+        return frame.with_columns(pl.col(column.name).cast(pl.Int64, strict=False))
 
 
 def _settled(columns: Columns, sheet: Sheet) -> Columns:
@@ -78,13 +86,22 @@ class Spill:
         """Read all files once: which targets there are, and how many rows each has."""
         found: list[pl.DataFrame] = []
         for source in self.sources:
+            mine: list[pl.DataFrame] = []
             column = source.opened.columns.roles.get("target")
             # the targets alone; of Parquet nothing else is read
             wanted = [column.name] if column is not None else source.wanted[:1]
             for frame, _ in source.pieced.read(wanted):
-                found.append(pl.DataFrame({"target": source.keys(frame)}).group_by("target").len("rows"))
-                if len(found) > 16:
-                    found = [_summed(found)]
+                mine.append(pl.DataFrame({"target": source.keys(frame)}).group_by("target").len("rows"))
+                if len(mine) > 16:
+                    mine = [_summed(mine)]
+            names = _summed(mine)
+            numbers = names["target"].replace("", None).cast(pl.Int64, strict=False)
+            source.whole_numbers = source.pieced.table.format == "csv" and bool(
+                (numbers.is_not_null() | (names["target"] == "")).all()
+            )
+            if source.whole_numbers:
+                names = _summed([names.with_columns(numbers.cast(pl.String).fill_null("").alias("target"))])
+            found.append(names)
         if found:
             self.counts = _summed(found)
 
@@ -135,7 +152,7 @@ class Spill:
             whole = pl.concat([pl.read_ipc(path) for path in files], how="vertical_relaxed", rechunk=True)
             for path in files:
                 path.unlink()
-            parts.append(source.opened.measured(whole, some=True))
+            parts.append(source.opened.measured(source.typed(whole), some=True))
             names.append(source.opened.file)
         return together(parts, names)
 

@@ -23,8 +23,8 @@ from .placing import Placed
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
 STRETCHES = 16  # of one piece: the lanes of two packs
 OVERLAP, MOST = 512, 16_384  # rows, to begin with and at most; a filter that remembers more runs over the whole part
-SAME = 1e-10  # of a standard deviation, and of a probability
-ROUNDING = 64 * np.finfo(float).eps  # of a coordinate
+SAME = 1e-11  # of a standard deviation, and of a probability
+ROUNDING = 8 * np.finfo(float).eps  # of a coordinate
 OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "status")
 
 
@@ -42,6 +42,8 @@ def pieces(offsets: np.ndarray, most: int = CHUNK) -> Iterator[Piece]:
     while begin < offsets.size - 1:
         end = int(np.searchsorted(offsets, offsets[begin] + most))
         end = min(max(end, begin + 1), offsets.size - 1)
+        if end > begin + 1 and offsets[end] - offsets[end - 1] > 2 * most:
+            end -= 1  # a long part comes by itself
         first, last = int(offsets[begin]), int(offsets[end])
         if end == begin + 1 and last - first > 2 * most:
             count = -(-(last - first) // most)

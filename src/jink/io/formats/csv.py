@@ -60,13 +60,16 @@ class CsvText:
             out.append(name if seen[name] == 1 or not name else f"{name} ({seen[name]})")
         return out
 
-    def read(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
-        """The wanted columns of every row that has the right number of fields, and the rows that have not."""
+    def read(self, wanted: Sequence[str], *, typed: bool = True) -> tuple[pl.DataFrame, pl.DataFrame]:
+        """The wanted columns of every row that has the right number of fields, and the rows that have not.
+
+        typed: a column of numbers alone is one of numbers; else all are text.
+        """
         if not self._even():
             return self._line_by_line(wanted)
         ordered = sorted(wanted, key=self.names.index)
         attempts: list[dict[str, Any]] = [{"infer_schema_length": 10_000}, {"infer_schema": False}]
-        for options in attempts:
+        for options in attempts[not typed :]:
             try:
                 frame = pl.read_csv(
                     self.content,
