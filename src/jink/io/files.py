@@ -24,6 +24,7 @@ from .formats import json as json_text
 from .formats import nested
 from .formats.registry import FORMATS
 from .rejected import unreadable
+from .unpacking import gunzip, most_unpacked, too_large, zstd_size
 
 HEAD = 1 << 16  # bytes that tell the format
 Rows = tuple[pl.DataFrame, pl.DataFrame]
@@ -118,12 +119,15 @@ def open_table(path: Path) -> Table:
 
 
 def _from_pipe(file: str, path: Path) -> Table:
-    content = path.read_bytes()
+    with path.open("rb") as handle:
+        content = handle.read(most_unpacked() + 1)
     if not content:
         raise InputError(f"{file} is empty")
+    if len(content) > most_unpacked():
+        raise too_large(file)
     if content.startswith(b"\x1f\x8b"):
         try:
-            content = _gunzip(content)
+            content = gunzip(file, content)
         except (EOFError, zlib.error) as error:
             raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
     return open_content(file, content)
@@ -131,12 +135,18 @@ def _from_pipe(file: str, path: Path) -> Table:
 
 def _decompress(path: Path, head: bytes) -> bytes:
     """The content of a .gz or .zst file; polars brings the zstd decoder."""
+    file = name_of(path)
     try:
+        packed = path.read_bytes()
         if head.startswith(b"\x1f\x8b"):
-            return _gunzip(path.read_bytes())
-        return "\n".join(pl.read_lines(path)["line"].to_list()).encode()
+            return gunzip(file, packed)
+        if zstd_size(packed) > most_unpacked():
+            raise too_large(file)
+        return "\n".join(pl.read_lines(io.BytesIO(packed))["line"].to_list()).encode()
+    except InputError:
+        raise
     except (OSError, EOFError, zlib.error, pl.exceptions.PolarsError) as error:
-        raise InputError(f"{path} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
+        raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
 
 
 def _only_member(path: Path) -> bytes | None:
@@ -146,21 +156,11 @@ def _only_member(path: Path) -> bytes | None:
             members = [item for item in archive.infolist() if not item.is_dir() and "__MACOSX" not in item.filename]
             documents = [item for item in members if item.filename.lower().endswith(".kml")]
             chosen = members if len(members) == 1 else documents
+            if len(chosen) == 1 and chosen[0].file_size > most_unpacked():
+                raise too_large(name_of(path))
             return archive.read(chosen[0]) if len(chosen) == 1 else None
     except (OSError, RuntimeError, NotImplementedError, zipfile.BadZipFile, zlib.error):
         return None
-
-
-def _gunzip(packed: bytes) -> bytes:
-    """All members of a gzip file, a third faster than the standard library's own way."""
-    pieces = []
-    while packed:
-        member = zlib.decompressobj(wbits=31)
-        pieces.append(member.decompress(packed))
-        if not member.eof:
-            raise EOFError("the compressed data ends too early")
-        packed = member.unused_data.lstrip(b"\x00")
-    return pieces[0] if len(pieces) == 1 else b"".join(pieces)
 
 
 def open_content(file: str, content: bytes) -> Table:
