@@ -63,4 +63,5 @@ def _in_calendar(series: pl.Series) -> bool:
     """Whether all dates can be written: polars panics at one that cannot."""
     a_second = {"ms": 10**3, "us": 10**6, "ns": 10**9}[getattr(series.dtype, "time_unit", None) or "us"]
     ticks = series.cast(pl.Int64) // a_second
-    return bool(ticks.is_between(*map(int, YEARS)).all())
+    first, last = map(int, YEARS)
+    return bool(ticks.is_between(first, last).all())

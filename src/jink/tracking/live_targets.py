@@ -140,8 +140,8 @@ def answer_entries(entries: list[Entry]) -> list[Answered]:
 
 def _lay(entries: list[Entry]) -> None:
     """Move the frames of targets on by one leg for each position."""
-    moved = [entry for entry in entries if entry.here is not None and entry.before is not None]
-    along = iter(zip(*legs([e.before for e in moved], [e.here for e in moved]), strict=True)) if moved else iter(())
+    moved = [(e.before, e.here) for e in entries if e.before is not None and e.here is not None]
+    along = iter(zip(*legs(*zip(*moved, strict=True)), strict=True)) if moved else iter(())
     for entry in entries:
         target = entry.target
         if entry.here is not None and not entry.silent:

@@ -20,7 +20,7 @@ from ..rejected import unreadable
 from .records import whole_text
 
 SAMPLE = 1000
-FEW = 200  # lines that are read one by one where one of them is bad
+FEW = 20_000  # bytes of lines that are read one by one where one of them is bad
 PARTS = 16
 
 
@@ -47,37 +47,49 @@ class JsonText:
     def read(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
         """The wanted columns of every object, and the lines that are none."""
         typed = {name: _polars_type(self.types[name]) for name in wanted}
-        for schema in (typed, dict.fromkeys(wanted, pl.String)):
+        as_text = dict.fromkeys(wanted, pl.String)
+        for schema in (typed, as_text):
             try:
                 frame = pl.read_ndjson(self.lines, schema=schema)
             except (pl.exceptions.PolarsError, OSError):
+                if self.array is None and (parts := self._in_parts(wanted, schema, few=schema is typed)):
+                    return parts
                 continue
             if self.array is not None and frame.height != self.array.count(b"{"):
                 break  # nested objects, or braces in texts: look more closely
             return frame.with_row_index("row"), unreadable()
-        if self.array is None:
-            return self._in_parts(wanted, typed)
         return self._value_by_value(wanted, self._records())
 
-    def _in_parts(self, wanted: Sequence[str], typed: dict[str, Any]) -> tuple[pl.DataFrame, pl.DataFrame]:
-        """Lines of which some are bad: what can be read at once is, and the lines near a bad one are read alone."""
-        lines = [line for line in self.lines.split(b"\n") if line.strip()]
+    def _in_parts(
+        self, wanted: Sequence[str], typed: dict[str, Any], few: bool
+    ) -> tuple[pl.DataFrame, pl.DataFrame] | None:
+        """Lines of which some are bad: what can be read at once is, and the lines near a bad one are read alone.
+
+        few: None where these are more than a few.
+        """
+        text = self.lines
         frames: list[pl.DataFrame] = []
         bad: list[pl.DataFrame] = []
-        waiting = [(0, len(lines))]
+        row, alone = 0, 0
+        waiting = _parts(text, 0, len(text))
         while waiting:
             start, end = waiting.pop()
-            frame = _read_lines(lines[start:end], typed)
+            frame = _read_lines(text[start:end], typed)
             if frame is not None:
-                frames.append(frame.with_row_index("row", offset=start))
-            elif end - start > FEW:
-                bounds = [start + (end - start) * k // PARTS for k in range(PARTS + 1)]
-                waiting += reversed(list(pairwise(bounds)))
+                frames.append(frame.with_row_index("row", offset=row))
+                row += frame.height
+            elif end - start > FEW and len(parts := _parts(text, start, end)) > 1:
+                waiting += parts
             else:
-                values, refused = self._value_by_value(wanted, map(_value_of, lines[start:end]))
-                shift = pl.col("row") + start
+                alone += end - start
+                if few and alone > max(10 * FEW, len(text) // 50):
+                    return None
+                lines = [line for line in text[start:end].split(b"\n") if line.strip()]
+                values, refused = self._value_by_value(wanted, map(_value_of, lines))
+                shift = pl.col("row") + row
                 frames.append(_typed(values, typed).with_columns(shift))
                 bad.append(refused.with_columns(shift))
+                row += len(lines)
         kinds = {tuple(frame.dtypes) for frame in frames}
         if len(kinds) > 1:  # a line has text where others have numbers
             frames = [frame.cast(dict.fromkeys(wanted, pl.String)) for frame in frames]
@@ -123,13 +135,21 @@ def _value_of(line: bytes) -> tuple[Any, str | None]:
         return None, text
 
 
-def _read_lines(lines: list[bytes], typed: dict[str, Any]) -> pl.DataFrame | None:
+def _parts(text: bytes, start: int, end: int) -> list[tuple[int, int]]:
+    """Whole lines from `start` to `end` in some parts, the first one last."""
+    cuts = [text.find(b"\n", start + (end - start) * k // PARTS, end) + 1 for k in range(1, PARTS)]
+    bounds = sorted({start, end, *(cut for cut in cuts if cut)})
+    return [*reversed(list(pairwise(bounds)))]
+
+
+def _read_lines(text: bytes, typed: dict[str, Any]) -> pl.DataFrame | None:
     """Some lines at once, None where one of them is bad."""
+    if not text.strip():
+        return pl.DataFrame(schema=typed)
     try:
-        frame = pl.read_ndjson(b"\n".join(lines), schema=typed)
+        return pl.read_ndjson(text, schema=typed)
     except (pl.exceptions.PolarsError, OSError):
         return None
-    return frame if frame.height == len(lines) else None
 
 
 def _typed(values: pl.DataFrame, typed: dict[str, Any]) -> pl.DataFrame:
