@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +20,7 @@ from ..models.non_manoeuvring import non_manoeuvring_modes
 from ..models.observed import Observed
 from ..models.outliers import Outliers
 from ..models.start import OnePoint, Prior, TwoPoint
-from .live import LiveBatch
+from .live import LiveBatch, LiveTarget
 from .parts import Parts, is_fixed, native_mode
 from .plain import VERSION, plain, write
 from .results import allocate
@@ -253,6 +253,14 @@ class Bank:
         batch = self._batch(time, z, offsets, sensor, covariance, input, initial)
         return self._run(batch, threads, outputs, out, smooth=True, until=batch.until(lag, lag_seconds))
 
+    @overload
+    def start(
+        self, n: None = None, *, lag: int = 0, state: bytes | None = None, outputs: Sequence[str] | None = None
+    ) -> LiveTarget: ...
+    @overload
+    def start(
+        self, n: int, *, lag: int = 0, state: bytes | None = None, outputs: Sequence[str] | None = None
+    ) -> LiveBatch: ...
     def start(
         self,
         n: int | None = None,
