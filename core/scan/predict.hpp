@@ -18,6 +18,7 @@ template <class T> struct MotionKernels {
     LineariseKernel<T> linearise;
     NoiseKernel<T> add_noise;
     int noise_at, noise_terms;  // where the coefficients hold what is proportional to each axis' variance
+    bool turned_noise;          // the last of each axis' terms is a pair's covariance over the lesser axis' variance
 };
 
 // Extended Kalman prediction. Only entries of F that are not known to be 0 or 1 are computed with.
@@ -145,9 +146,9 @@ template <class T, class M> void linearise_unscented(const T *in, const T *c, co
     if (u) M::add_input(u, c, x);
 }
 
-template <class T, class M> MotionKernels<T> kernels_of(bool unscented) {
+template <class T, class M> MotionKernels<T> kernels_of(const MotionSpec &spec, bool unscented) {
     constexpr bool linear = !M::turn;  // every model but the coordinated turn
-    MotionKernels<T> k{M::template prepare<T>, predict<T, M>, linearise<T, M>, M::template add_noise<T>, M::noise_at, M::noise_terms};
+    MotionKernels<T> k{M::template prepare<T>, predict<T, M>, linearise<T, M>, M::template add_noise<T>, M::noise_at, M::noise_terms, spec.kind == MotionKind::statistical_along_track};
     if (unscented && !linear) k.predict = predict_unscented<T, M>, k.linearise = linearise_unscented<T, M>;
     return k;
 }
