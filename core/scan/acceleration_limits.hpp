@@ -79,7 +79,7 @@ template <class T> class AccelerationLimits {
     void along_track(const Ahead<T> &at, T *variance, T *ratio) const {
         const int axes = at.axes;
         const T zero = splat<T>(0.0);
-        T u[3], speed = zero, spread = zero, along = zero, total = zero;
+        T u[3], speed = zero, spread = zero, along = zero, left = splat<T>(nothing);
         for (int a = 0; a < axes; ++a) {
             const T v = at.velocity(a);
             speed = speed + v * v, spread = spread + at.P[packed(a * at.block + 1, a * at.block + 1)];
@@ -87,9 +87,13 @@ template <class T> class AccelerationLimits {
         const T over = reciprocal_root(larger<T>(speed, splat<T>(nothing)));
         for (int a = 0; a < axes; ++a) {
             u[a] = at.velocity(a) * over;
-            along = along + at.acceleration(a) * u[a], total = total + at.acceleration(a) * at.acceleration(a);
+            along = along + at.acceleration(a) * u[a];
         }
-        const T left = larger<T>(total - along * along, splat<T>(nothing)), across = square_root(left);
+        for (int a = 0; a < axes; ++a) {
+            const T rest = at.acceleration(a) - along * u[a];
+            left = left + rest * rest;
+        }
+        const T across = square_root(left);
         const T known = axes == 1 ? splat<T>(1.0) : speed * reciprocal(speed + spread + nothing);
         T first = quiet(n.data(), along), second = quiet(n.data() + per_direction, across);
         if (widened && at.fix) widen(at, u, along, across, first, second);

@@ -1,0 +1,64 @@
+"""How the fitted filters of wang-2010 were made: by maximum likelihood on runs of all three of its targets together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...filters.current_statistical import CurrentStatistical, FuzzyLimits, LimitWidening
+from ...filters.kalman import Kalman
+from ...fit.objectives import Likelihood
+from ...fit.optimise import Search
+from ...fit.parameters import Parameters
+from ...models.motion import Singer
+from ...models.sensor import Position
+from ...models.tracks import Tracks
+from ...scenarios import SCENARIOS
+from .trainer import Trainer
+
+SD = 50.0  # m
+TARGETS = ("velocity", "circle", "step")
+PRIOR = "*.acceleration_prior_sd"
+# where the search starts: a target that flies below `operating` (m/s²), the paper's k and 1/α
+LIMITS = FuzzyLimits(threshold=30.0, operating=15.0)
+WIDENING = LimitWidening(nis=12.0, times=2.0)
+
+
+def runs(count: int, seed: int, targets: tuple[str, ...] = TARGETS) -> Tracks:
+    """Runs of these targets, one axis after the other."""
+    time, z, lengths = [], [], []
+    for name in targets:
+        seen = SCENARIOS[f"wang-2010-{name}"].seen_by(SD).simulate(count, seed)
+        axes = np.moveaxis(seen.z, 2, 0)
+        time.append(np.broadcast_to(seen.time, axes.shape).reshape(-1))
+        z.append(axes.reshape(-1, 1))
+        lengths += [axes.shape[2]] * (axes.shape[0] * axes.shape[1])
+    return Tracks(np.concatenate(time), np.concatenate(z), np.concatenate([[0], np.cumsum(lengths)]))
+
+
+def fitted(motion: Any, *, targets: tuple[str, ...] = TARGETS, fixed: tuple[str, ...] = ()) -> Trainer:
+    """All of a motion model's numbers but those fixed, on 100 runs of each target."""
+
+    def make(seed: int, quick: bool) -> Kalman:
+        start = Kalman(motion, Position(sd=SD, axes=1))
+        parameters = Parameters(start, fixed=(PRIOR, *fixed))
+        tracks = runs(10 if quick else 100, seed + 5, targets)
+        found = Search(parameters, Likelihood(), tracks, starts=1, seed=seed).run()
+        filter: Kalman = parameters.filter(found.u)
+        return filter
+
+    return make
+
+
+def statistical(**parts: Any) -> CurrentStatistical:
+    """The model with 1/α of the paper's experiments as read here."""
+    return CurrentStatistical(**parts, time_constant=20.0, acceleration_prior_sd=30.0)
+
+
+MODELS: dict[str, Trainer] = {
+    "wang-2010-facs": fitted(statistical(limits=LIMITS)),
+    "wang-2010-facs-widened": fitted(statistical(limits=LIMITS, widening=WIDENING)),
+    "wang-2010-csaf": fitted(statistical(acceleration_max=90.0)),
+    "wang-2010-singer": fitted(Singer(acceleration_sd=10.0, time_constant=20.0)),
+}
