@@ -19,33 +19,35 @@ from .trainer import Trainer
 
 SD = 50.0  # m
 TARGETS = ("velocity", "circle", "step")
-PRIOR = "*.acceleration_prior_sd"
 # where the search starts: a target that flies below `operating` (m/s²), the paper's k and 1/α
 LIMITS = FuzzyLimits(threshold=30.0, operating=15.0)
 WIDENING = LimitWidening(nis=12.0, times=2.0)
 
 
-def runs(count: int, seed: int, targets: tuple[str, ...] = TARGETS) -> Tracks:
-    """Runs of these targets, one axis after the other."""
+def runs(count: int, seed: int, axes: int) -> Tracks:
+    """Runs of the three targets: one axis after the other, or in the plane, where a target on a line stays at y = 0."""
     time, z, lengths = [], [], []
-    for name in targets:
+    for k, name in enumerate(TARGETS):
         seen = SCENARIOS[f"wang-2010-{name}"].seen_by(SD).simulate(count, seed)
-        axes = np.moveaxis(seen.z, 2, 0)
-        time.append(np.broadcast_to(seen.time, axes.shape).reshape(-1))
-        z.append(axes.reshape(-1, 1))
-        lengths += [axes.shape[2]] * (axes.shape[0] * axes.shape[1])
+        measured = seen.z
+        if axes == 1:
+            measured = np.moveaxis(measured, 2, 0).reshape(-1, measured.shape[1], 1)
+        elif measured.shape[2] == 1:
+            still = np.random.default_rng([seed, k]).normal(0.0, SD, measured.shape)
+            measured = np.concatenate([measured, still], axis=2)
+        time.append(np.broadcast_to(seen.time[:1], measured.shape[:2]).reshape(-1))
+        z.append(measured.reshape(-1, axes))
+        lengths += [measured.shape[1]] * measured.shape[0]
     return Tracks(np.concatenate(time), np.concatenate(z), np.concatenate([[0], np.cumsum(lengths)]))
 
 
-def fitted(motion: Any, *, targets: tuple[str, ...] = TARGETS, fixed: tuple[str, ...] = ()) -> Trainer:
-    """All of a motion model's numbers but those fixed, on 100 runs of each target."""
+def fitted(motion: Any, *, axes: int = 1) -> Trainer:
+    """All of a motion model's numbers but the start's, on 100 runs of each target."""
 
     def make(seed: int, quick: bool) -> Kalman:
-        start = Kalman(motion, Position(sd=SD, axes=1))
-        parameters = Parameters(start, fixed=(PRIOR, *fixed))
-        tracks = runs(10 if quick else 100, seed + 5, targets)
-        found = Search(parameters, Likelihood(), tracks, starts=1, seed=seed).run()
-        filter: Kalman = parameters.filter(found.u)
+        parameters = Parameters(Kalman(motion, Position(sd=SD, axes=axes)), fixed=("*.acceleration_prior_sd",))
+        tracks = runs(10 if quick else 100, seed + 5, axes)
+        filter: Kalman = parameters.filter(Search(parameters, Likelihood(), tracks, starts=1, seed=seed).run().u)
         return filter
 
     return make
@@ -59,6 +61,7 @@ def statistical(**parts: Any) -> CurrentStatistical:
 MODELS: dict[str, Trainer] = {
     "wang-2010-facs": fitted(statistical(limits=LIMITS)),
     "wang-2010-facs-widened": fitted(statistical(limits=LIMITS, widening=WIDENING)),
+    "wang-2010-facs-along": fitted(statistical(limits=LIMITS, across=LIMITS, widening=WIDENING), axes=2),
     "wang-2010-csaf": fitted(statistical(acceleration_max=90.0)),
     "wang-2010-singer": fitted(Singer(acceleration_sd=10.0, time_constant=20.0)),
 }
