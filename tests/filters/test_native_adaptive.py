@@ -194,6 +194,23 @@ def test_current_statistical(name, axes):
         assert (a > 6.0).any() and (a < -3.0).any()
 
 
+@pytest.mark.parametrize("angle", [0.4, 2.0])
+def test_limits_along_the_track_turn_with_the_plane(angle):
+    """And limits of each axis do not, so that the test can fail."""
+    time, z = reports(2, misses=False)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    whole = np.kron(turn, np.eye(3))
+    far = {}
+    for name in ("facs-wide", "facs-along-wide"):
+        f = jink.Kalman(MOTIONS[name][0], position(2))
+        x, P, _ = run(f, time, z)
+        turned_x, turned_P, _ = run(f, time, z @ turn.T)
+        sd = np.sqrt(np.einsum("...ii->...i", turned_P[:, 1:]))
+        far[name] = np.max(np.abs(turned_x - x @ whole.T)[:, 1:] / (np.abs(turned_x[:, 1:]) + sd))
+        far[name] = max(far[name], np.max(np.abs(turned_P - whole @ P @ whole.T)[:, 1:] / (sd[..., None] ** 2).max()))
+    assert far["facs-along-wide"] < 1e-9 < 1e-3 < far["facs-wide"]
+
+
 BANKS = [["cv", "facs"], ["brisk", "csaf"], ["csaf", "facs"], ["cv", "ca", "facs"]]
 BANKS += [["cv", name] for name in LIMITED]
 

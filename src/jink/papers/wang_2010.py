@@ -93,9 +93,11 @@ def improved(models: Models) -> dict[str, Callable[[Purpose], Named]]:
         "csaf fitted": of_model(models, "wang-2010-csaf", "CSAF, a_max and α fitted"),
         "singer fitted": of_model(models, "wang-2010-singer", "Singer, σ and α fitted"),
         "facs fitted": of_model(models, "wang-2010-facs", "FACS, k, a_th and α fitted"),
-        "facs fitted widened": of_model(models, "wang-2010-facs-widened", "the same, widened where NIS is high"),
+        "facs fitted widened": of_model(
+            models, "wang-2010-facs-widened", "FACS widened where NIS is high, all fitted but α"
+        ),
         "facs along widened": of_model(
-            models, "wang-2010-facs-along", "the same with limits along and across the track"
+            models, "wang-2010-facs-along", "limits along and across the track, widened, all fitted"
         ),
     }
 
