@@ -110,11 +110,11 @@ def test_wang_limits_along_the_track_that_widen_beat_csaf_and_singer(outcomes):
     outcome = outcomes["wang-2010"]
     for experiment in ("exp 1", "exp 2"):
         for metric in ("position_rmse", "velocity_rmse"):
-            mine = figure(outcome, experiment, "facs along widened", metric)
-            for other in ("csaf", "singer", "singer fitted", "csaf fitted", "facs"):
+            mine = figure(outcome, experiment, "along fit", metric)
+            for other in ("csaf", "singer", "singer fit", "csaf fit", "facs"):
                 theirs = figure(outcome, experiment, other, metric)
                 assert mine.measured < theirs.measured - 2 * theirs.se, (experiment, metric, other)
-    peak = figure(outcome, "step", "facs along widened", "peak_over_csaf")
+    peak = figure(outcome, "step", "along fit", "peak_over_csaf")
     assert peak.measured < 1.5 + 2 * peak.se
     assert figure(outcome, "step", "facs", "peak_over_csaf").measured > 2.0
 

@@ -77,11 +77,11 @@ def improved(models: Models) -> dict[str, Callable[[Purpose], Named]]:
     """FACS's predecessor, and what its numbers and limits can be made of: each on all three targets alike."""
     triangular = FuzzyLimits(membership="triangular")
     return {
-        "facs triangular": lambda purpose: named(
+        "triangular": lambda purpose: named(
             "FACS with straight lines instead of the exponential, its predecessor (a reading)",
             facs(purpose.sensor, limits=triangular, time_constant=ALPHA, acceleration_prior_sd=PRIOR),
         ),
-        "facs widened": lambda purpose: named(
+        "facs wide": lambda purpose: named(
             "FACS with the paper's numbers, limits widened up to 2 a_th where NIS is high, from 1 to 14",
             facs(
                 purpose.sensor,
@@ -90,13 +90,13 @@ def improved(models: Models) -> dict[str, Callable[[Purpose], Named]]:
                 acceleration_prior_sd=PRIOR,
             ),
         ),
-        "csaf fitted": of_model(models, "wang-2010-csaf", "CSAF, a_max and α fitted"),
-        "singer fitted": of_model(models, "wang-2010-singer", "Singer, σ and α fitted"),
-        "facs fitted": of_model(models, "wang-2010-facs", "FACS, k, a_th and α fitted"),
-        "facs fitted widened": of_model(
+        "csaf fit": of_model(models, "wang-2010-csaf", "CSAF, a_max and α fitted"),
+        "singer fit": of_model(models, "wang-2010-singer", "Singer, σ and α fitted"),
+        "facs fit": of_model(models, "wang-2010-facs", "FACS, k, a_th and α fitted"),
+        "wide fit": of_model(
             models, "wang-2010-facs-widened", "FACS widened where NIS is high, all fitted but α"
         ),
-        "facs along widened": of_model(
+        "along fit": of_model(
             models, "wang-2010-facs-along", "limits along and across the track, widened, all fitted"
         ),
     }
@@ -296,7 +296,7 @@ WANG_2010 = Paper(
         "min(1, exp(−k (1 − |a|/a_th))), a_max = a_th M(a), mirrored below zero, k ≤ 1.0536 for a_th = 100, "
         "a_up = 90 m/s².",
         "The fitted filters are the likeliest on 100 other runs of each of the three targets, every other one "
-        "mirrored. α of “facs fitted widened” stays at 1/20 s.",
+        "mirrored. α of “wide fit” stays at 1/20 s.",
         "The figure of the triangular membership is lost: here it is straight lines between the exponential's ends.",
         "The paper does not state the start. Here tracks start from two points, with acceleration 0 of sd 30 m/s². "
         "RMSE pools runs and scans from the fourth on. The start's error is the same in both filters and rules the "
@@ -314,10 +314,10 @@ WANG_2010 = Paper(
         "exceeds 0.65.",
         "The paper says that the gain is largest for weak manoeuvres. Once settled it is the other way round: the "
         "stronger the acceleration, the more FACS gains over CSAF in velocity.",
-        "Limits along and across the track that widen where NIS is high, all numbers fitted (“facs along widened”), "
+        "Limits along and across the track that widen where NIS is high, all numbers fitted (“along fit”), "
         "beat CSAF and both Singer filters in position and velocity in both experiments. The peak at the step is 1.4 "
         "times that of CSAF. They have one set of numbers for all three targets.",
-        "Fitting k, a_th and α alone does not help: “facs fitted” becomes “csaf fitted”, whose large limits do not "
+        "Fitting k, a_th and α alone does not help: “facs fit” becomes “csaf fit”, whose large limits do not "
         "move. What helps is the widening. With the paper's own numbers it lowers the peak below CSAF's and costs "
         "most of FACS's gain in velocity.",
         "The triangular membership, as read here, is worse than the exponential in both experiments and better at the "
