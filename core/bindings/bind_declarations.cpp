@@ -30,7 +30,8 @@ void bind_enumerations(nb::module_ &module) {
                              {"known_turn", MotionKind::known_turn},
                              {"current_statistical", MotionKind::current_statistical},
                              {"augmented", MotionKind::augmented},
-                             {"two_stage", MotionKind::two_stage}});
+                             {"two_stage", MotionKind::two_stage},
+                             {"statistical_along_track", MotionKind::statistical_along_track}});
     enumeration<NoiseKind>(module, "NoiseKind", "Process noise: constant over a step (sd), or white (psd).",
                            {{"piecewise", NoiseKind::piecewise}, {"continuous", NoiseKind::continuous}});
     enumeration<SensorKind>(module, "SensorKind", "What a sensor measures.",
@@ -46,7 +47,8 @@ void bind_enumerations(nb::module_ &module) {
                         {"current_statistical", Adapt::current_statistical},
                         {"fuzzy_limits", Adapt::fuzzy_limits},
                         {"fuzzy_rules", Adapt::fuzzy_rules},
-                        {"network", Adapt::network}});
+                        {"network", Adapt::network},
+                        {"straight_limits", Adapt::straight_limits}});
     enumeration<Interaction>(module, "Interaction", "How the modes' past estimates interact.",
                              {{"imm", Interaction::imm}, {"none", Interaction::none}, {"gpb1", Interaction::gpb1}, {"gpb2", Interaction::gpb2}});
     enumeration<Propose>(module, "Propose", "Which modes are alive in a scan.",
@@ -82,7 +84,7 @@ void bind_parts(nb::module_ &module) {
             "__init__",
             [](ModeDeclaration *self, MotionKind kind, int axes, const Vector &parameters, const Vector &prior_variance, NoiseKind noise,
                NoiseKind turn_noise) {
-                new (self) ModeDeclaration{{kind, noise, turn_noise, axes}, shape_of(kind, axes), parameters, prior_variance, {}, {}, false};
+                new (self) ModeDeclaration{{kind, noise, turn_noise, axes}, shape_of(kind, axes), parameters, prior_variance, {}, {}, false, false};
             },
             nb::kw_only(), "kind"_a, "axes"_a, "parameters"_a, "prior_variance"_a, "noise"_a = NoiseKind::piecewise,
             "turn_noise"_a = NoiseKind::piecewise)
@@ -94,7 +96,8 @@ void bind_parts(nb::module_ &module) {
         .def_rw("parameters", &ModeDeclaration::parameters)
         .def_rw("adaptation", &ModeDeclaration::adapt)
         .def_rw("level", &ModeDeclaration::level)
-        .def_rw("around_side", &ModeDeclaration::around_side);
+        .def_rw("around_side", &ModeDeclaration::around_side)
+        .def_rw("in_sd", &ModeDeclaration::in_sd);
 
     nb::class_<SensorDeclaration>(module, "Sensor", "A sensor in numbers: variances, or a packed covariance if correlated.")
         .def(

@@ -11,7 +11,7 @@ inline void digest(Digest &to, const AdaptDeclaration &d) {
 }
 
 inline void digest(Digest &to, const ModeDeclaration &d) {
-    for (const int value : {int(d.motion.kind), int(d.motion.noise), int(d.motion.turn_noise), d.motion.axes, d.shape.n, int(d.around_side)}) to.number(value);
+    for (const int value : {int(d.motion.kind), int(d.motion.noise), int(d.motion.turn_noise), d.motion.axes, d.shape.n, int(d.around_side) + 2 * int(d.in_sd)}) to.number(value);
     to.numbers(d.parameters), to.numbers(d.prior_variance), to.numbers(d.level);
     digest(to, d.adapt);
 }

@@ -21,6 +21,7 @@ struct ModeDeclaration {
     AdaptDeclaration adapt;
     std::vector<double> level;            // known acceleration of each axis in this mode, or empty
     bool around_side = false;             // the level counts from the side estimator's acceleration
+    bool in_sd = false;                   // and in units of that estimator's standard deviation
 };
 
 struct SensorDeclaration {
@@ -134,7 +135,7 @@ template <class T> struct Mode {
     std::vector<T> unit;       // parameters for unit variance on each axis and no other noise, if it adapts
     std::vector<T> declared;   // the variances it was declared with, if it adapts: `parameters` then has zeros
     std::vector<T> level;
-    bool around_side = false;
+    bool around_side = false, in_sd = false;
     int carry = 0;             // place of what it adapts by in the track's carry
     int size() const { return shape.n + packed_size(shape.n); }
     bool driven() const { return around_side || !level.empty(); }
@@ -183,7 +184,7 @@ template <class T> struct Composition {
     void add_mode(const ModeDeclaration &m, bool alike) {
         Mode<T> mode{m.motion, m.shape, motion_kernels<T>(m.motion, declared.unscented), update_kernels<T>(m.shape),
                      alike ? mix_kernel<T, true>(m.shape.n) : mix_kernel<T, false>(m.shape.n), lifted(m.parameters), lifted(m.prior_variance), 0, {},
-                     Adaptation<T>(m.adapt, lifted(m.adapt.numbers)), {}, {}, lifted(m.level), m.around_side, carry_size};
+                     Adaptation<T>(m.adapt, lifted(m.adapt.numbers)), {}, {}, lifted(m.level), m.around_side, m.in_sd, carry_size};
         if (mode.adapt.active()) {
             const MotionKind kind = m.motion.kind;
             const bool other_noise = kind == MotionKind::coordinated_turn || kind == MotionKind::augmented || kind == MotionKind::two_stage;

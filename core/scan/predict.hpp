@@ -25,6 +25,7 @@ template <class T> struct MotionKernels {
     bool linear, regressed;     // F is the same whatever the state; F and Q are what linearise says of this state
     AdvanceKernel<T> advance;   // for the smoothers: null for numbers with derivatives, which are not smoothed
     PullKernel<T> pull;
+    bool turned_noise;          // the last of each axis' terms is a pair's covariance over the lesser axis' variance
 };
 
 template <class T> inline constexpr bool smoothed = std::is_same_v<T, double> || std::is_same_v<T, Pack>;
@@ -175,10 +176,10 @@ template <class T, class M> void pull(const T *in, const T *c, const T *R, T *B)
         }
 }
 
-template <class T, class M> MotionKernels<T> kernels_of(bool unscented) {
+template <class T, class M> MotionKernels<T> kernels_of(const MotionSpec &spec, bool unscented) {
     constexpr bool linear = !M::turn;  // every model but the coordinated turn
     MotionKernels<T> k{M::template prepare<T>, predict<T, M>, linearise<T, M>, M::template add_noise<T>, M::noise_at, M::noise_terms,
-                       linear, unscented && !linear, nullptr, nullptr};
+                       linear, unscented && !linear, nullptr, nullptr, spec.kind == MotionKind::statistical_along_track};
     if constexpr (smoothed<T>) k.advance = advance<T, M>, k.pull = pull<T, M>;
     if (unscented && !linear) k.predict = predict_unscented<T, M>, k.linearise = linearise_unscented<T, M>;
     return k;

@@ -136,7 +136,12 @@ template <class T> class Propagate {
         if (level || side) {
             for (int a = 0; a < axes; ++a) {
                 known[a] = input ? input[a] : splat<T>(0.0);
-                if (level) known[a] = known[a] + level[a];
+                T offset = level ? level[a] : splat<T>(0.0);
+                if (side && mode.in_sd) {
+                    const T variance = s.arena[side->place + side->shape.n + packed(3 * a + 2, 3 * a + 2)];
+                    offset = offset * square_root(larger<T>(variance, splat<T>(1e-300)));
+                }
+                known[a] = known[a] + offset;
                 if (side) known[a] = known[a] + s.arena[side->place + 3 * a + 2];
             }
             input = known;
@@ -152,11 +157,12 @@ template <class T> class Propagate {
         const T *unit = &units[j * largest_coefficients];
         T *noise = &noises[j * largest_coefficients];
         const int axes = mode.shape.axes, from = mode.kernels.noise_at, terms = mode.kernels.noise_terms;
-        T variance[3], position[3];
+        T variance[3], position[3], ratio[3];
         for (int a = 0; a < axes; ++a) position[a] = unit[from + a * terms];
-        mode.adapt(at, mode.shape.block, axes, mode.shape.n, position, fix, s.carry.data() + mode.carry, variance);
+        mode.adapt(at, mode.shape.block, axes, mode.shape.n, position, fix, s.carry.data() + mode.carry, variance, ratio);
         for (int a = 0; a < axes; ++a)
             for (int k = from + a * terms; k < from + (a + 1) * terms; ++k) noise[k] = variance[a] * unit[k];
+        for (int pair = 0; mode.kernels.turned_noise && pair < axes * (axes - 1) / 2; ++pair) noise[from + pair * terms + terms - 1] = ratio[pair];
         mode.kernels.add_noise(noise, at + mode.shape.n);
     }
 };

@@ -59,7 +59,7 @@ template <class T> void TrackState<T>::reset(const Composition<T> &c) {
     probability = c.initial_probability;
     carry.assign(c.carry_size, zero);
     for (const auto &m : c.modes)
-        if (m.adapt.needs_residual()) m.adapt.forget(m.shape.axes, m.declared.data(), &carry[m.carry], splat_mask<T>(true));
+        if (m.adapt.remembers()) m.adapt.forget(m.shape.axes, m.declared.data(), &carry[m.carry], splat_mask<T>(true));
     alive = next = Composition<T>::numbers(c.declared.propose.start);
     memory.assign(c.declared.memory_size(), zero);
     time = last_accepted = rejections = surprise = surprise_dof = first_time = zero;

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     )
     from .filters.aided import Aided
     from .filters.axis_by_axis import AxisByAxis
-    from .filters.current_statistical import CurrentStatistical, FuzzyLimits
+    from .filters.current_statistical import CurrentStatistical, FuzzyLimits, LimitWidening
     from .filters.fuzzy_imm import FuzzyNoise
     from .filters.imm import IMM
     from .filters.input_estimation import InputEstimation
@@ -64,6 +64,7 @@ __all__ = [
     "InputEstimation",
     "Kalman",
     "KnownTurn",
+    "LimitWidening",
     "NetworkNoise",
     "NeuralModes",
     "OnePoint",
@@ -115,6 +116,7 @@ _HOME = {
     "KINDS": "catalogue.targets",
     "Kalman": "filters.kalman",
     "KnownTurn": "models.motion",
+    "LimitWidening": "filters.current_statistical",
     "NetworkNoise": "filters.neural_vsmm",
     "NeuralModes": "filters.neural_vsmm",
     "OnePoint": "models.start",

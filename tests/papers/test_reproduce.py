@@ -105,6 +105,30 @@ def test_wang_scans_of_a_ratio_are_those_that_it_names(outcomes):
     assert_allclose(row.measured, math.sqrt((mine**2).mean() / (other**2).mean()), rtol=1e-9)
 
 
+def test_wang_limits_along_the_track_that_widen_beat_csaf_and_singer(outcomes):
+    """With one set of fitted numbers: in both experiments, with a peak at the step of at most 1.5 times CSAF's."""
+    outcome = outcomes["wang-2010"]
+    for experiment in ("exp 1", "exp 2"):
+        for metric in ("position_rmse", "velocity_rmse"):
+            mine = figure(outcome, experiment, "along fit", metric)
+            for other in ("csaf", "singer", "singer fit", "csaf fit", "facs"):
+                theirs = figure(outcome, experiment, other, metric)
+                assert mine.measured < theirs.measured - 2 * theirs.se, (experiment, metric, other)
+    peak = figure(outcome, "step", "along fit", "peak_over_csaf")
+    assert peak.measured < 1.5 + 2 * peak.se
+    assert figure(outcome, "step", "facs", "peak_over_csaf").measured > 2.0
+
+
+def test_lee_intervals_in_the_estimators_own_deviation(outcomes):
+    """They need no level in m/s² and are better than AIMM3 in position; around the augmented filter in velocity too."""
+    outcome = outcomes["lee-2003"]
+    fixed, own, augmented = (
+        [figure(outcome, "three manoeuvres", name, f"normalised_{q}").measured for q in ("position", "velocity")]
+        for name in ("aimm3", "aimm3 in sd", "augmented in sd")
+    )
+    assert own[0] < fixed[0] and augmented[0] < own[0] and augmented[1] < fixed[1]
+
+
 def test_wang_the_price_at_a_step_and_who_is_better(outcomes):
     outcome = outcomes["wang-2010"]
     for metric, factor in (("peak_after_onset", 1.2), ("peak_after_end", 2.0)):

@@ -22,7 +22,7 @@ from ..models.switching import Sojourn
 from .adaptive_imm import AccelerationLevel, AdaptiveIMM, AugmentedAcceleration, TwoStageAcceleration
 from .aided import Aided
 from .bank import Bank
-from .current_statistical import CurrentStatistical, FuzzyLimits
+from .current_statistical import CurrentStatistical, FuzzyLimits, LimitWidening
 from .fuzzy_imm import FuzzyNoise
 from .imm import IMM
 from .input_estimation import InputEstimation
@@ -54,6 +54,7 @@ FILTERS: dict[str, type[Bank]] = {c.__name__: c for c in (*SINGLE, *SEVERAL, Aid
 ADAPTIVE = (
     CurrentStatistical,
     FuzzyLimits,
+    LimitWidening,
     AccelerationLevel,
     AugmentedAcceleration,
     TwoStageAcceleration,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -71,8 +72,32 @@ def constants(purpose: Purpose) -> Named:
     return named(f"IMM of constant noises, sd {', '.join(f'{s:g}' for s in sds)} m/s²", filter)
 
 
-def experiment(published: Mapping[tuple[str, str], float], models: Models) -> Experiment:
-    """The one experiment of both papers."""
+def fitted_adaptive(models: Models) -> dict[str, Callable[[Purpose], Named]]:
+    """AIMM3 with Qa fitted, and with intervals in units of its estimator's standard deviation."""
+
+    def row(name: str, words: str) -> Callable[[Purpose], Named]:
+        def make(purpose: Purpose) -> Named:
+            found = learned(models, name, words, fitted="other runs")(purpose)
+            filter = found.filter
+            level, bias = filter.motions[-1].acceleration, filter.estimator.bias_sd
+            said = f"{words}; levels ±{float(np.ravel(level)[0]):g}, √Qa {float(np.ravel(bias)[0]):.2g} m/s²"
+            return replace(found, words=said)
+
+        return make
+
+    return {
+        "aimm3, Qa": row("lee-2003-aimm3", "AIMM3 as published, Qa fitted"),
+        "aimm3 in sd": row("lee-2003-aimm3-in-sd", "AIMM3 with levels ±c √P_aa, c and Qa fitted"),
+        "augmented in sd": row("lee-2003-aimm3-augmented-in-sd", "the same around the augmented filter's estimate"),
+    }
+
+
+def experiment(
+    published: Mapping[tuple[str, str], float],
+    models: Models,
+    more: Mapping[str, Callable[[Purpose], Named]] | None = None,
+) -> Experiment:
+    """The one experiment of both papers, with more filters."""
     return Experiment(
         name="three manoeuvres",
         words="x +10 m/s² in scans 40–60, y +60 in 80–90, x −30 in 120–140",
@@ -104,6 +129,7 @@ def experiment(published: Mapping[tuple[str, str], float], models: Models) -> Ex
             "aimm3-augmented": adaptive("aimm3-augmented", [-40.0, 0.0, 40.0], AugmentedAcceleration),
             "two-stage": alone("two-stage", TwoStageAcceleration),
             "augmented": alone("augmented", AugmentedAcceleration),
+            **(more or {}),
         },
         metrics=(POSITION, VELOCITY, over_constants(RIVALS, "pos ÷ its constants")),
         published=published,

@@ -58,6 +58,20 @@ def peak(name: str, words: str, begin: int, end: int) -> Metric:
     return Metric(name, words, measure)
 
 
+def peak_over(reference: str, begin: int, end: int) -> Metric:
+    """That peak over another filter's."""
+    own = peak("", "", begin, end)
+
+    def measure(race: Race, filter: str) -> Figure:
+        if filter == reference or reference not in race.tallies or filter in BASELINES:
+            return NAN
+        mine, other = own.measure(race, filter), own.measure(race, reference)
+        ratio = mine.value / other.value
+        return Figure(ratio, ratio * math.hypot(mine.se / mine.value, other.se / other.value))
+
+    return Metric(f"peak_over_{reference}", f"peak ÷ {reference.upper()}", measure)
+
+
 def over_within(reference: str, quantity: str, words: str, begin: int, end: int) -> Metric:
     """The RMSE of position, velocity or acceleration over another filter's, both over the scans begin … end − 1
     alone, counted from 1; paired run by run.
