@@ -16,7 +16,7 @@ from ..models.motion import ConstantVelocity
 from ..scenarios import SCENARIOS
 from .drawing import Chart, Drawing, Line
 from .learned import Models, each_seed
-from .paper import POSITION, Experiment, Maker, Paper, jump_delay, named
+from .paper import MODE_DELAY, POSITION, Experiment, Maker, Paper, named
 
 SOURCE = (
     "Choi, Samal & Ahn, On Neural-Net Based Variable Structure Multiple Model Method: Neural-Net Design, 2001, table 3"
@@ -112,7 +112,7 @@ def experiments(models: Models) -> list[Experiment]:
                 words=scenario.summary,
                 scenario=scenario,
                 filters=filters,
-                metrics=(POSITION, jump_delay(scenario)),
+                metrics=(POSITION, MODE_DELAY),
                 published=published,
             )
         )
