@@ -25,6 +25,7 @@
 #define JINK_SMOOTH(WHERE, T)                                             \
     WHERE template Smooth<T>::Smooth(const Composition<T> &);             \
     WHERE template void Smooth<T>::last(const Record<T> &);               \
+    WHERE template void Smooth<T>::last(const Record<T> &, Mask<T>);      \
     WHERE template void Smooth<T>::step(const Record<T> &, const Record<T> &);
 
 namespace jink::inline JINK_LEVEL {

@@ -475,6 +475,7 @@ class Engine:
         results: list,
         status: object | None,
         smooth: bool,
+        until: object | None,
         threads: int,
     ) -> None: ...
     def one(self, arg: int, /) -> LiveOne: ...

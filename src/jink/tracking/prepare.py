@@ -19,6 +19,7 @@ from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.measurements import Measurements
 from .cleaning import Cleaned, Cleaning, changes, clean
+from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
 
@@ -30,6 +31,7 @@ class Settings:
     filter: Any = None
     kind: str = "aircraft"
     smooth: bool = False
+    lag: Lag | None = None
     sensor_sd: dict[str, float] = field(default_factory=dict)
     site: SiteFrame | None = None
     gap: float | None = None
@@ -42,12 +44,24 @@ class Settings:
 
     def __post_init__(self) -> None:
         kind_of(self.kind)
+        if self.smooth and self.lag is not None:
+            raise InputError(f"lag is {self.lag}; expected none beside smooth, which uses the whole track")
         if self.gap is not None and not self.gap >= 0:
             raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
         if self.threads is not None and self.threads < 1:
             raise InputError(f"threads is {self.threads}; expected 1 or more")
         if self.min_points < 1:
             raise InputError(f"min_points is {self.min_points}; expected 1 or more")
+
+    @property
+    def smoothing(self) -> dict[str, Any] | None:
+        """The arguments of a filter's ``smooth``; None where tracks are only filtered."""
+        return self.lag.options() if self.lag else {} if self.smooth else None
+
+    def said(self) -> dict[str, Any]:
+        """What the summary says of the settings."""
+        smoothed = self.smoothing is not None
+        return {"kind": self.kind, "smoothed": smoothed} | ({"lag": str(self.lag)} if self.lag else {})
 
 
 class Pace(NamedTuple):
