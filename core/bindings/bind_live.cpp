@@ -34,7 +34,7 @@ nb::object estimate_array(const Estimate &e, bool covariance) {
     double *to, x[largest_state], P[packed_size(largest_state)];
     Combine<double> combine(*e.c);
     combine(e.arena.data(), e.probability.data(), x, covariance ? P : nullptr);
-    for (std::size_t i = 0; i < e.correction.size(); ++i) x[i] += e.correction[i];
+    corrected(e.correction, x, covariance ? P : nullptr);
     nb::object array = covariance ? new_array(to, n, n) : new_array(to, n);
     for (int r = 0; r < n; ++r)
         if (!covariance) to[r] = e.started ? x[r] : NAN;
@@ -175,7 +175,7 @@ class LiveMany : public Live<Pack> {
         const int n = c->reported.n, m = c->members();
         Pack x[largest_state], P[packed_size(largest_state)];
         if (to[0] || to[1]) combine(s.arena.data(), s.probability.data(), x, to[1] ? P : nullptr);
-        for (std::size_t i = 0; i < s.correction.size(); ++i) x[i] = x[i] + s.correction[i];
+        if (to[0] || to[1]) corrected(s.correction, x, to[1] ? P : nullptr);
         const std::vector<Pack> probability = set_probability(*c, s);
         for (int l = 0; l < lanes && p * lanes + l < targets(); ++l) {
             const int at = p * lanes + l;

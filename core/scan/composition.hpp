@@ -57,6 +57,8 @@ struct DetectDeclaration {
 enum class AidInputs { none, residuals, innovations };
 enum class AidModel { network, triangular, gaussian, bell };
 
+inline constexpr int aid_factors = 3;  // of the sds of position, velocity, acceleration
+
 struct AidDeclaration {
     AidInputs kind = AidInputs::none;
     AidModel model = AidModel::network;

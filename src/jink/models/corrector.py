@@ -30,9 +30,12 @@ class Corrector:
     largest distance of an input from its range [low, high], in widths of the range: outside what it has seen the aid
     fades to nothing.
 
+    sd_factors, of position, velocity, acceleration: what the corrected estimate's sds are over the filter's own; P goes
+    out as W P W, W diagonal of 1 + f (factor − 1). Those not given are 1.
+
     model an :class:`jink.Anfis` or a :class:`jink.Network`; low, high, centre, scale, one number per input;
     output_scale one per corrected quantity; corrects ("position",), then "velocity", "acceleration". Errors: ValueError
-    where these do not fit. Source: Titi & Güney (inputs, sum); ranges and fading are jink's.
+    where these do not fit. Source: Titi & Güney (inputs, sum); ranges, fading and covariance are jink's.
     """
 
     model: Anfis | Network
@@ -45,6 +48,7 @@ class Corrector:
     corrects: Sequence[str] = ("position",)
     fade: float = 0.5
     trained: Trained | None = None
+    sd_factors: Sequence[float] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.model, Anfis | Network):
@@ -70,11 +74,20 @@ class Corrector:
                 f"{self.corrects}"
             )
         positive("Corrector.fade", self.fade)
+        factors = tuple(float(v) for v in self.sd_factors)
+        if len(factors) > len(CORRECTS) or not all(0 < v < np.inf for v in factors):
+            raise ValueError(f"Corrector.sd_factors: expected at most 3 numbers above 0, got {factors}")
+        object.__setattr__(self, "sd_factors", factors)
 
     @property
     def count(self) -> int:
         """How many inputs there are; for "innovations", how many scans are looked back on, the newest included."""
         return len(self.low)
+
+    @property
+    def factors(self) -> tuple[float, ...]:
+        """Of the sds of position, velocity and acceleration, one each."""
+        return (*self.sd_factors, *[1.0] * (len(CORRECTS) - len(self.sd_factors)))
 
     def share(self, u: ArrayLike) -> Array:
         """f (N,): one inside the training range, zero far outside."""
