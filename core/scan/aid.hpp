@@ -1,9 +1,11 @@
 // A learned aid on top of a filter: along each axis by itself, a correction of the estimate that goes out, from what was just seen.
 //
-// Inputs: z - x(t|t) and x(t|t-1) - x(t|t), in metres (Titi & Guney); or the last innovations over their sd, the newest first. The
+// Inputs: z - x(t|t) and x(t|t-1) - x(t|t), in metres (Titi & Guney); or the last innovations over their sd, the newest first, or their sums. The
 // model is a perceptron or an adaptive network-based fuzzy inference system (Jang, IEEE Trans. SMC-23(3), 1993). Outside the range
 // it was trained on the correction fades to nothing. The filter itself knows nothing of it: what goes out is x + c and W P W, W diagonal.
 #pragma once
+
+#include <cmath>
 
 #include "scan/combine.hpp"
 #include "scan/step.hpp"
@@ -91,6 +93,15 @@ template <class T> class Aid {
     Network<T> network;
     Anfis<T> anfis;
 
+    // Of the newest innovation, the newest two, four, ..., each over the root of how many they are.
+    void sums(const T *innovations, T *u) const {
+        T sum = splat<T>(0.0);
+        for (int i = 0, k = 0; i < d.inputs; ++i) {
+            for (; k < 1 << i; ++k) sum = sum + innovations[k];
+            u[i] = sum * (1.0 / std::sqrt(double(1 << i)));
+        }
+    }
+
     // The model's answer; returns how far it is believed.
     T answer(T *u, T *y) const {
         const T zero = splat<T>(0.0);
@@ -140,10 +151,13 @@ template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, cons
         if (d.kind == AidInputs::residuals) {
             u[0] = fix.p[a] - after[p], u[1] = before[p] - after[p];
         } else {
-            T *mine = past + a * d.inputs;
-            for (int k = d.inputs - 1; k > 0; --k) mine[k] = select<T>(taken, mine[k - 1], mine[k]);
+            const int length = d.history();
+            T *mine = past + a * length;
+            for (int k = length - 1; k > 0; --k) mine[k] = select<T>(taken, mine[k - 1], mine[k]);
             mine[0] = select<T>(taken, (fix.p[a] - before[p]) / root, mine[0]);
-            for (int k = 0; k < d.inputs; ++k) u[k] = mine[k];
+            if (d.kind == AidInputs::sums) sums(mine, u);
+            else
+                for (int k = 0; k < length; ++k) u[k] = mine[k];
         }
         const T share = answer(u, y);
         for (int k = 0; k < d.outputs && k < block; ++k) {

@@ -12,7 +12,7 @@ from ..catalogue.tuning import best_noise
 from ..checks import Array
 from ..estimate import Status
 from ..filters.kalman import Kalman
-from ..models.corrector import CORRECTS, Corrector
+from ..models.corrector import CORRECTS, INPUTS, MOST_SUMS, Corrector, history_of
 from ..models.motion import ConstantAcceleration
 from ..models.sensor import Position
 from .anfis import fit_anfis
@@ -92,12 +92,16 @@ def inputs_of(kind: str, count: int, seen: Seen) -> Array:
         return np.where(seen.updated[..., None], np.stack([seen.residual, seen.step], axis=-1), 0.0)
     with np.errstate(invalid="ignore"):
         normal = np.where(seen.updated, seen.innovation / np.sqrt(seen.S), 0.0)
-    out = np.zeros((*normal.shape, count))
-    past = np.zeros((len(normal), normal.shape[2], count))
+    length = history_of(kind, count)
+    out = np.zeros((*normal.shape, length))
+    past = np.zeros((len(normal), normal.shape[2], length))
     for k in range(normal.shape[1]):
         newer = np.concatenate([normal[:, k, :, None], past[..., :-1]], axis=-1)
         past = np.where(seen.updated[:, k, :, None], newer, np.where(seen.began[:, k, :, None], 0.0, past))
         out[:, k] = past
+    if kind == "sums":
+        lengths = 2 ** np.arange(count)
+        return np.cumsum(out, axis=-1)[..., lengths - 1] / np.sqrt(lengths)
     return out
 
 
@@ -137,6 +141,10 @@ def fit_corrector(
     beat; inputs and corrects as in :class:`jink.Corrector`; count, how many innovations. Errors: ValueError naming what
     does not fit.
     """
+    if inputs not in INPUTS:
+        raise ValueError(f"inputs: expected one of {', '.join(INPUTS)}, got {inputs!r}")
+    if inputs == "sums" and not 1 <= count <= MOST_SUMS:
+        raise ValueError(f"count: expected 1 to {MOST_SUMS} sums, got {count}")
     if inputs == "titi-guney" and count != 2:
         raise ValueError(f"count: expected 2 inputs for titi-guney, got {count}")
     pairs = [_pairs(watch(filter, runs), runs, inputs, count, corrects) for runs in (training, validation)]

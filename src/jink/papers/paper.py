@@ -42,6 +42,7 @@ def of_race(name: str, words: str) -> Metric:
 POSITION = of_race("position_rmse", "position m")
 VELOCITY = of_race("velocity_rmse", "velocity m/s")
 ACCELERATION = of_race("acceleration_rmse", "accel. m/s²")
+NEES = of_race("nees", "NEES per component")
 MODE_DELAY = of_race("mode_jump_delay", "mode delay scans")
 
 

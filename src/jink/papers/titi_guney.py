@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from ..catalogue.purpose import Named, Purpose
 from ..checks import Array
 from ..compare.result import Race
+from ..filters.aided import Aided
 from ..metrics.draws import Draws
 from ..models.sensor import Position
 from ..scenarios import SCENARIOS, Observation, Scenario, Schedule
 from ..scenarios.truth import Kinematics, Truth
+from .aids_elsewhere import OVER_KF, SD, by_radar, in_clutter, on_the_imm
 from .drawing import Chart, Drawing, Line
 from .learned import Models, alone, learned
-from .paper import POSITION, Experiment, Maker, Paper, over
+from .paper import NEES, POSITION, Experiment, Maker, Paper, over
 
 SOURCE = "Titi & Güney, Adaptive Neuro-Fuzzy Aided Kalman Filter for Target Tracking"
-SD = 50.0  # m
 AXES = {"x": 1, "y": 0, "z": 2}  # north, east, up, by their places in the truth
 RATES = {
     "20 Hz": Schedule(start=0.0, interval=0.05, count=3300),
@@ -75,8 +77,22 @@ def aided(models: Models, speed: str) -> dict[str, Maker]:
             models, f"{name}-literal", f"{words}; ANFIS {inputs}, ten epochs of backpropagation", fitted=own
         ),
         "anfsakf": learned(models, f"{name}-anfis", f"{words}; ANFIS {inputs}, hybrid training", fitted=own),
+        "anfsakf, kf's P": with_own_covariance(
+            learned(models, f"{name}-anfis", f"{words}; the same ANFIS, P as the filter has it", fitted=own)
+        ),
         "nnakf": learned(models, f"{name}-network", f"{words}; network {inputs}", fitted=own),
     }
+
+
+def with_own_covariance(maker: Maker) -> Maker:
+    """The same aid, which leaves P alone."""
+
+    def make(purpose: Purpose) -> Named:
+        made = maker(purpose)
+        filter = Aided(made.filter.filter_, replace(made.filter.corrector, sd_factors=()))
+        return Named(filter=filter, words=made.words, fitted=made.fitted)
+
+    return make
 
 
 def fed_by_history(models: Models) -> dict[str, Maker]:
@@ -88,7 +104,6 @@ def fed_by_history(models: Models) -> dict[str, Maker]:
     }
 
 
-OVER_KF = over("kf", POSITION, "÷ kf")
 OVER_LINE = over("kf + line", POSITION, "÷ line")
 
 
@@ -102,7 +117,7 @@ def experiments(models: Models) -> list[Experiment]:
             words=f"x of target 1 (cargo aircraft), sd {SD:g} m, {said}",
             scenario=target(1, rate),
             filters=aided(models, speed if rate == "1 Hz" else f"{speed}-20hz"),
-            metrics=(POSITION, OVER_KF, OVER_LINE),
+            metrics=(POSITION, OVER_KF, OVER_LINE, NEES),
             share=1.0 if rate == "1 Hz" else 0.05,
         )
         for rate in ("1 Hz", "20 Hz")
@@ -118,7 +133,7 @@ def experiments(models: Models) -> list[Experiment]:
             "6, 1 Hz",
             scenario=target(number, "1 Hz"),
             filters=fed_by_history(models),
-            metrics=(POSITION, OVER_KF),
+            metrics=(POSITION, OVER_KF, NEES),
         )
         for number in (2, 4, 6)
     ]
@@ -140,7 +155,7 @@ def experiments(models: Models) -> list[Experiment]:
         for speed in ("sluggish", "tuned")
         for axis in ("y", "z")
     ]
-    return [*once, *other, *fleet]
+    return [*once, *other, *by_radar(models, RATES), *fleet, *on_the_imm(models, target), *in_clutter(models, target)]
 
 
 def draw(races: Mapping[str, Race]) -> list[Drawing]:

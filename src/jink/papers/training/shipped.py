@@ -26,6 +26,7 @@ TITI: dict[str, Trainer] = {
     for speed, slowness in (("sluggish", 1e4), ("tuned", 1.0))
     for model in ("linear", "literal", "anfis", "network")
 }
+TITI |= {f"titi-guney-imm-{model}": titi_guney.on_the_imm(model) for model in ("literal", "anfis", "history")}
 TRAINERS: dict[str, Trainer] = {
     "lee-2003-ga": lee.by_genetic_algorithm(0.95),
     "lee-2003-ga-error": lee.by_genetic_algorithm(1.0),

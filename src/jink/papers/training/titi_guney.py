@@ -5,15 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from ...catalogue.interacting import imm
+from ...catalogue.purpose import Purpose
 from ...filters.aided import Aided
+from ...filters.imm import IMM
 from ...filters.kalman import Kalman
 from ...learn import aid
 from ...learn.data import Runs, from_scenario, joined
+from ...learn.recipes import ANFIS, HISTORY
 from ...models.corrector import Corrector
 from ...models.provenance import VERSION, Trained
+from ...models.sensor import Position
 from .trainer import Trainer
 
 SD = 50.0  # m
+KIND = "fighter"  # what the benchmark's aircraft count as
 
 
 def runs_of(targets: tuple[int, ...], runs: int, seed: int, interval: float = 1.0) -> Runs:
@@ -70,6 +76,29 @@ def fed_by_history(model: str, count: int, **settings: Any) -> Trainer:
     return make
 
 
+def on_the_imm(model: str) -> Trainer:
+    """Aids of jink's default IMM of one axis: "literal" and "anfis" as :func:`as_published`, "history" as
+    :func:`fed_by_history`.
+    """
+
+    def make(seed: int, quick: bool) -> Aided:
+        base = imm(Purpose(sensor=Position(sd=SD, axes=1), kind=KIND, sd=SD)).filter
+        if model == "history":
+            training, validation = (_fleet((1, 3, 5), 6 if quick else n, seed + k) for n, k in ((60, 1), (30, 2)))
+            settings: dict[str, Any] = {"inputs": "innovations", "count": HISTORY, **ANFIS}
+        else:
+            training, validation = (runs_of((1,), 20, seed + k) for k in (1, 2))
+            settings = dict(LITERAL) if model == "literal" else {"epochs": 300}
+        if quick:
+            settings["epochs"] = 3
+        found = aid.fit_corrector(base, training, validation, seed=seed, **settings)
+        tests = {f", target {t}": runs_of((t,), 20 if quick else 300, seed + 3) for t in (1, 2, 4, 6)}
+        seen = f"the last {HISTORY} innovations" if model == "history" else "the paper's inputs"
+        return _aided(base, found, tests, f"ANFIS on {seen}", training, seed)
+
+    return make
+
+
 def _fleet(targets: tuple[int, ...], runs: int, seed: int) -> Runs:
     """East and north of benchmark aircraft, every axis a run."""
     return joined(
@@ -80,7 +109,7 @@ def _fleet(targets: tuple[int, ...], runs: int, seed: int) -> Runs:
     )
 
 
-def _aided(filter: Kalman, found: Corrector, tests: dict[str, Runs], method: str, training: Runs, seed: int) -> Aided:
+def _aided(filter: Kalman | IMM, found: Corrector, tests: dict[str, Runs], method: str, training: Runs, seed: int) -> Aided:
     figures = []
     for words, test in tests.items():
         alone, aided = (float(aid.position_rms(filter, test, c)[0]) for c in (None, found))
