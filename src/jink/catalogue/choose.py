@@ -18,6 +18,7 @@ from .registry import FILTERS, SHORT, canonical
 from .targets import kind_of
 
 DEFAULT = "imm"
+EARTH_RADIUS = 6_371_008.8  # m, the mean; where the site is known its own is taken
 
 
 def default_filter(
@@ -49,10 +50,20 @@ def choose_filter(
     return chosen(filter, purpose_of(components, sd, kind, gap, interval), components)
 
 
-def purpose_of(components: Sequence[str], sd: Mapping[str, float], kind: str, gap: float, interval: float) -> Purpose:
-    """What a filter of these measurements is made for; the arguments are those of :func:`choose_filter`."""
+def purpose_of(
+    components: Sequence[str],
+    sd: Mapping[str, float],
+    kind: str,
+    gap: float,
+    interval: float,
+    earth_radius: float = EARTH_RADIUS,
+) -> Purpose:
+    """What a filter of these measurements is made for; the arguments are those of :func:`choose_filter`.
+
+    earth_radius (m): of the sphere that a radar's altitudes are above.
+    """
     level = sd["range" if components[0] == "range" else "position"]
-    sensor = sensor_of(components, sd)
+    sensor = sensor_of(components, sd, earth_radius)
     return Purpose(sensor=sensor, kind=kind, sd=level, outliers=Outliers(), gap=gap, interval=interval)
 
 
@@ -103,12 +114,14 @@ def axes_of(chosen: Any) -> int | None:
     return None if of_one_axis(chosen) else getattr(chosen, "axes", None)
 
 
-def sensor_of(components: Sequence[str], sd: Mapping[str, float]) -> Position | Polar:
+def sensor_of(
+    components: Sequence[str], sd: Mapping[str, float], earth_radius: float = EARTH_RADIUS
+) -> Position | Polar:
     """The sensor of measured `components` (x, y, altitude, ... or range, azimuth, ...) with these `sd`s."""
     third = components[2] if len(components) > 2 else None
     if components[0] == "range":
         extra: dict[str, Any] = {
-            "altitude": {"height_sd": sd.get("altitude")},
+            "altitude": {"height_sd": sd.get("altitude"), "earth_radius": earth_radius},
             "elevation": {"elevation_sd": sd.get("elevation")},
         }
         return Polar(range_sd=sd["range"], azimuth_sd=sd["azimuth"], **extra.get(third or "", {}))

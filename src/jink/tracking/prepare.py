@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from ..catalogue.choose import axes_of, chosen, purpose_of
+from ..catalogue.choose import EARTH_RADIUS, axes_of, chosen, purpose_of
 from ..catalogue.purpose import Purpose
 from ..catalogue.targets import kind_of
 from ..io.errors import InputError
@@ -132,7 +132,8 @@ def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
 
 def choose(components: Sequence[str], sd: Mapping[str, float], pace: Pace, settings: Settings) -> tuple[Purpose, Any]:
     """What a filter of these measurements is made for, and the filter. Errors: InputError."""
-    purpose = purpose_of(components, sd, settings.kind, pace.wait, pace.step or 1.0)
+    radius = settings.site.earth_radius if settings.site else EARTH_RADIUS
+    purpose = purpose_of(components, sd, settings.kind, pace.wait, pace.step or 1.0, radius)
     return purpose, chosen(settings.filter, purpose, components)
 
 
