@@ -19,10 +19,10 @@ class Aided(Bank):
     """x̂ + c(u): the estimates of ``filter`` with the correction of ``corrector`` along each axis added.
 
     u is what the corrector takes: the residual z − x̂(t|t) and the step x̂(t|t−1) − x̂(t|t), or the last innovations
-    over their sd, or sums of these. The filter goes on from its own estimate; likelihood and NIS stay its own. P is the filter's, its sds
-    times the corrector's ``sd_factors``. A miss, a rejected measurement or a start is not corrected. Errors: ValueError for units that do not go with the sensor, TypeError for
-    a filter on models of your own. Source: Titi & Güney, "Adaptive neuro-fuzzy aided Kalman filter for target
-    tracking".
+    over their sd, or sums of these. The filter goes on from its own estimate; likelihood and NIS stay its own. P is the
+    filter's, its sds times the corrector's ``sd_factors``. A miss, a rejected measurement or a start is not corrected.
+    Errors: ValueError for units that do not go with the sensor, TypeError for a filter on models of your own. Source:
+    Titi & Güney, "Adaptive neuro-fuzzy aided Kalman filter for target tracking".
     """
 
     arguments = ("corrector",)

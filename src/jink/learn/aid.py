@@ -25,9 +25,9 @@ class Seen:
     """What a filter saw and said at every scan, (B, S, axes) each.
 
     innovation ν = z − x̂(t|t−1) (m) and its variance S; residual z − x̂(t|t); step x̂(t|t−1) − x̂(t|t); the estimate,
-    and the variance of the prediction, by quantity (position, velocity, acceleration); P of the estimate along each axis,
-    (B, S, axes, quantities, quantities) in that order; updated where a measurement was
-    used; began where the track started, or started again.
+    and the variance of the prediction, by quantity (position, velocity, acceleration); P of the estimate along each
+    axis, (B, S, axes, quantities, quantities) in that order; updated where a measurement was used; began where the
+    track started, or started again.
     """
 
     innovation: Array
@@ -138,8 +138,8 @@ def fit_corrector(
 
     model "anfis" (settings of :func:`jink.learn.anfis.fit_anfis`), "network" (those of
     :func:`jink.learn.mlp.fit_network`) or "linear", the weighted sum of the inputs and a constant that both have to
-    beat; inputs and corrects as in :class:`jink.Corrector`; count, how many innovations. Errors: ValueError naming what
-    does not fit.
+    beat; inputs and corrects as in :class:`jink.Corrector`; count, how many innovations or sums.
+    Errors: ValueError naming what does not fit.
     """
     if inputs not in INPUTS:
         raise ValueError(f"inputs: expected one of {', '.join(INPUTS)}, got {inputs!r}")
@@ -178,8 +178,8 @@ def sd_factors(filter: Any, runs: Runs, corrector: Corrector) -> tuple[float, ..
     """Factors w of the sds of position, velocity and acceleration, as far as filter and truth have them, of the largest
     likelihood on the runs: for the errors e that the corrector leaves, N(e; 0, W P W).
 
-    Position and velocity are taken together, so that their mean NEES is 1: with A = mean(P⁻¹ ∘ e eᵀ), wᵢ = √(Aᵢᵢ (1 + A₁₂
-    / √(A₁₁ A₂₂))). The acceleration is taken alone, w = √mean(e²/P).
+    Position and velocity are taken together, so that their mean NEES is 1: with A = mean(P⁻¹ ∘ e eᵀ),
+    wᵢ = √(Aᵢᵢ (1 + A₁₂ / √(A₁₁ A₂₂))). The acceleration is taken alone, w = √mean(e²/P).
     """
     seen = watch(filter, runs)
     added = correction(corrector, seen)

@@ -20,7 +20,10 @@ RADARS = {
     "x and y": Polar(range_sd=25.0, azimuth_sd=2e-3),
     "x, y and z": Polar(range_sd=25.0, azimuth_sd=2e-3, elevation_sd=2e-3),
 }
-ON_IMM = "Aids on top of jink's default IMM of one axis, trained with it: the paper's on target 1, fed by history on 1, 3, 5"
+ON_IMM = (
+    "Aids on top of jink's default IMM of one axis, trained with it: the paper's on target 1, those fed by history on "
+    "1, 3 and 5"
+)
 CLUTTER = (
     "One plot in ten is missed, one in twenty is false (20 times the noise); aids of targets 1, 3 and 5; x of targets "
     "2, 4, 6, 1 Hz"
@@ -33,7 +36,7 @@ def on_the_imm(models: Models, target: Callable[[int, str], Scenario]) -> list[E
     filters = {
         "imm + as published": learned(models, "titi-guney-imm-literal", f"{words}, ten epochs of backpropagation"),
         "imm + anfsakf": learned(models, "titi-guney-imm-anfis", f"{words}, hybrid training"),
-        "imm + history": learned(models, "titi-guney-imm-history", f"{words} on the last 8 innovations"),
+        "imm + history": learned(models, "titi-guney-imm-history", f"{words} on sums of the last 8 innovations"),
     }
     return [
         Experiment(
@@ -79,8 +82,10 @@ def _radar_filters(models: Models, speed: str, rate: str) -> dict[str, Maker]:
         "anfsakf": _rebuilt(models, f"{name}-anfis", f"{name}-anfis", "the same; ANFIS, hybrid training"),
     }
     if speed == "tuned":
-        filters["history"] = _rebuilt(models, f"{name}-anfis", "anfis-kf", "the same; ANFIS on the last 8 innovations")
-        filters["imm + history"] = _on_default(models, "jink's default IMM; ANFIS on the last 8 innovations")
+        filters["history"] = _rebuilt(
+            models, f"{name}-anfis", "anfis-kf", "the same; ANFIS on sums of the last 8 innovations"
+        )
+        filters["imm + history"] = _on_default(models, "jink's default IMM; ANFIS on sums of the last 8 innovations")
     return filters
 
 
@@ -88,9 +93,9 @@ def in_clutter(models: Models, target: Callable[[int, str], Scenario]) -> list[E
     """Aids fed by the last innovations where plots are missed and false; every filter expects the false ones."""
     filters = {
         "kf": _rebuilt(models, "nn-kf", None, "Kalman filter tuned on targets 1, 3, 5"),
-        "anfsakf": _rebuilt(models, "nn-kf", "anfis-kf", "the same; ANFIS on the last 8 innovations"),
+        "anfsakf": _rebuilt(models, "nn-kf", "anfis-kf", "the same; ANFIS on sums of the last 8 innovations"),
         "nnakf": _rebuilt(models, "nn-kf", "nn-kf", "the same; network on the last 8 innovations"),
-        "imm + history": _on_default(models, "jink's default IMM; ANFIS on the last 8 innovations"),
+        "imm + history": _on_default(models, "jink's default IMM; ANFIS on sums of the last 8 innovations"),
     }
     seen = Observation(sensor=Position(sd=SD, axes=1), detection=0.9, outlier_share=0.05)
     return [

@@ -99,7 +99,7 @@ def fed_by_history(models: Models) -> dict[str, Maker]:
     """The filter tuned on targets 1, 3 and 5, and aids that see its last innovations, trained on those as well."""
     return {
         "kf": alone(models, "nn-kf", "Kalman filter tuned on targets 1, 3, 5"),
-        "anfsakf": learned(models, "anfis-kf", "the same; ANFIS on the last 8 innovations"),
+        "anfsakf": learned(models, "anfis-kf", "the same; ANFIS on sums of the last 8 innovations"),
         "nnakf": learned(models, "nn-kf", "the same; network on the last 8 innovations"),
     }
 

@@ -19,6 +19,7 @@ CHOI: dict[str, Trainer] = {
     **{f"choi-2001-modes-{k}": choi_2001.modes_supervised(name) for k, name in CHOI_SETS.items()},
     "choi-2001-modes-end-to-end": choi_2001.modes_end_to_end("mixed", choi_2001.BANK),
     "choi-2001-modes-wide": choi_2001.modes_end_to_end("broad", choi_2001.WIDE_BANK),
+    "choi-2001-modes-motions": choi_2001.modes_of_motion,
 }
 TITI: dict[str, Trainer] = {
     f"titi-guney-{speed}{rate}-{model}": titi_guney.as_published(slowness, model, interval)
@@ -34,8 +35,8 @@ TRAINERS: dict[str, Trainer] = {
     "lee-2003-best-constants": lee.with_transition("lee-2003", 3, 1),
     "fuzzy-kalman": lee.with_transition("random-accelerations", 1, 6),
     **TITI,
-    "nn-kf": titi_guney.fed_by_history("network", 8, **NETWORK),
-    "anfis-kf": titi_guney.fed_by_history("anfis", 8, **ANFIS),
+    "nn-kf": titi_guney.fed_by_history("network", "innovations", **NETWORK),
+    "anfis-kf": titi_guney.fed_by_history("anfis", "sums", **ANFIS["sums"]),
     **CHOI,
     "nnvsmm": choi_2001.end_to_end("broad", 0.01, 5000.0, 1200, velocity_share=0.2),
 }

@@ -12,7 +12,7 @@ from ...filters.imm import IMM
 from ...filters.kalman import Kalman
 from ...learn import aid
 from ...learn.data import Runs, from_scenario, joined
-from ...learn.recipes import ANFIS, HISTORY
+from ...learn.recipes import ANFIS, COUNTS, SEEN
 from ...models.corrector import Corrector
 from ...models.provenance import VERSION, Trained
 from ...models.sensor import Position
@@ -58,7 +58,7 @@ def as_published(slowness: float, model: str, interval: float = 1.0) -> Trainer:
     return make
 
 
-def fed_by_history(model: str, count: int, **settings: Any) -> Trainer:
+def fed_by_history(model: str, inputs: str, **settings: Any) -> Trainer:
     """The tuned filter of targets 1, 3 and 5, aided from its last innovations; judged on 2, 4 and 6."""
 
     def make(seed: int, quick: bool) -> Aided:
@@ -68,10 +68,10 @@ def fed_by_history(model: str, count: int, **settings: Any) -> Trainer:
         filter = aid.tuned_acceleration(training, 1.0)
         more = {**settings, "epochs": 3} if quick else settings
         found = aid.fit_corrector(
-            filter, training, validation, model=model, inputs="innovations", count=count, seed=seed, **more
+            filter, training, validation, model=model, inputs=inputs, count=COUNTS[inputs], seed=seed, **more
         )
         tests = {f", target {t}": runs_of((t,), 20 if quick else 300, seed + 3) for t in (2, 4, 6)}
-        return _aided(filter, found, tests, f"{model} on the last {count} innovations", training, seed)
+        return _aided(filter, found, tests, f"{model} on {SEEN[inputs]}", training, seed)
 
     return make
 
@@ -85,7 +85,7 @@ def on_the_imm(model: str) -> Trainer:
         base = imm(Purpose(sensor=Position(sd=SD, axes=1), kind=KIND, sd=SD)).filter
         if model == "history":
             training, validation = (_fleet((1, 3, 5), 6 if quick else n, seed + k) for n, k in ((60, 1), (30, 2)))
-            settings: dict[str, Any] = {"inputs": "innovations", "count": HISTORY, **ANFIS}
+            settings: dict[str, Any] = {"inputs": "sums", "count": COUNTS["sums"], **ANFIS["sums"]}
         else:
             training, validation = (runs_of((1,), 20, seed + k) for k in (1, 2))
             settings = dict(LITERAL) if model == "literal" else {"epochs": 300}
@@ -93,7 +93,7 @@ def on_the_imm(model: str) -> Trainer:
             settings["epochs"] = 3
         found = aid.fit_corrector(base, training, validation, seed=seed, **settings)
         tests = {f", target {t}": runs_of((t,), 20 if quick else 300, seed + 3) for t in (1, 2, 4, 6)}
-        seen = f"the last {HISTORY} innovations" if model == "history" else "the paper's inputs"
+        seen = SEEN["sums"] if model == "history" else "the paper's inputs"
         return _aided(base, found, tests, f"ANFIS on {seen}", training, seed)
 
     return make
@@ -109,7 +109,9 @@ def _fleet(targets: tuple[int, ...], runs: int, seed: int) -> Runs:
     )
 
 
-def _aided(filter: Kalman | IMM, found: Corrector, tests: dict[str, Runs], method: str, training: Runs, seed: int) -> Aided:
+def _aided(
+    filter: Kalman | IMM, found: Corrector, tests: dict[str, Runs], method: str, training: Runs, seed: int
+) -> Aided:
     figures = []
     for words, test in tests.items():
         alone, aided = (float(aid.position_rms(filter, test, c)[0]) for c in (None, found))
