@@ -80,7 +80,11 @@ def test_what_the_filter_saw():
 @pytest.mark.parametrize("filter", [SLUGGISH, IMM], ids=["kalman", "imm"])
 @pytest.mark.parametrize(
     ("inputs", "count", "corrects"),
-    [("titi-guney", 2, ("position",)), ("innovations", 4, ("position", "velocity"))],
+    [
+        ("titi-guney", 2, ("position",)),
+        ("innovations", 4, ("position", "velocity")),
+        ("sums", 3, ("position", "velocity")),
+    ],
 )
 @pytest.mark.parametrize("model", ["anfis", "network"])
 def test_the_native_aid_adds_what_numpy_says(filter, inputs, count, corrects, model):
@@ -104,6 +108,13 @@ def test_the_native_aid_adds_what_numpy_says(filter, inputs, count, corrects, mo
     for name, values in added.items():
         column = alone.components.index(f"{name[0]}x")
         assert_allclose(aided.x[:, column], alone.x[:, column] + values.ravel(), rtol=1e-8, atol=1e-6)
+
+
+def test_sums_are_of_the_newest_one_two_and_four():
+    seen = watch(SLUGGISH, aircraft(2, 1, misses=True))
+    last, sums = inputs_of("innovations", 4, seen), inputs_of("sums", 3, seen)
+    for k in range(3):
+        assert_allclose(sums[..., k], last[..., : 2**k].sum(axis=-1) / np.sqrt(2**k), atol=1e-12)
 
 
 @pytest.mark.parametrize("filter", [SLUGGISH, IMM], ids=["kalman", "imm"])
@@ -258,6 +269,10 @@ def test_what_cannot_be_corrected_is_said():
     corrects = ("position", "velocity", "acceleration")
     with pytest.raises(ValueError, match="it does not estimate acceleration"):
         fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), corrects=corrects)
+    with pytest.raises(ValueError, match="inputs: expected one of titi-guney, innovations, sums"):
+        fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), inputs="averages")
+    with pytest.raises(ValueError, match="count: expected 1 to 7 sums, got 8"):
+        fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), inputs="sums", count=8)
     with pytest.raises(ValueError, match="model: expected anfis, network or linear"):
         fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), model="forest")
 

@@ -35,7 +35,7 @@ class How:
     own_inputs: bool = False
     base: Any = None
     epochs: int | None = None
-    aid_inputs: str | None = None
+    aid_inputs: str = "innovations"
     functions: int | None = None
     membership: str | None = None
     method: str | None = None

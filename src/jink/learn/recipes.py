@@ -22,7 +22,6 @@ from .how import RANGE, How
 from .rule_recipes import SEARCHED, fuzzy_mode, fuzzy_modes
 
 COUNTS = {"titi-guney": 2, "innovations": 8, "sums": 4}  # inputs of an aid; both others look back on 8 innovations
-USUAL_INPUTS = {"anfis": "sums", "network": "innovations"}
 ANFIS: dict[str, dict[str, Any]] = {
     "sums": {"functions": (3, 3, 3, 3), "kind": "gaussian", "epochs": 10, "rate": 0.05},
     # five innovations divide the rules, three older ones take part in their consequents alone
@@ -48,7 +47,7 @@ def aided(model: str) -> Recipe:
         from .aid import fit_corrector, tuned_acceleration
 
         base = how.base if how.base is not None else tuned_acceleration(training)
-        inputs = how.aid_inputs or USUAL_INPUTS[model]
+        inputs = how.aid_inputs
         settings = dict(NETWORK) if model == "network" else _anfis(inputs, how)
         epochs = settings["epochs"] = how.epochs or settings["epochs"]
         corrector = fit_corrector(

@@ -21,8 +21,8 @@ RADARS = {
     "x, y and z": Polar(range_sd=25.0, azimuth_sd=2e-3, elevation_sd=2e-3),
 }
 ON_IMM = (
-    "Aids on top of jink's default IMM of one axis, trained with it: the paper's on target 1, those fed by history on "
-    "1, 3 and 5"
+    "Aids on top of jink's default IMM of one axis, trained with it: the paper's on target 1, that fed by history on "
+    "1, 3, 5 and a fighter that weaves"
 )
 CLUTTER = (
     "One plot in ten is missed, one in twenty is false (20 times the noise); aids of targets 1, 3 and 5; x of targets "

@@ -92,8 +92,8 @@ def modes_of_motion(seed: int, quick: bool) -> NeuralModes:
     """Scores of constant velocities, an acceleration and a turn on labels of targets of all kinds; the best three share
     the estimate.
     """
-    training, validation = _source("broad", 200 if quick else 2000, seed)
-    epochs = 5 if quick else 100
+    training, validation = _source("broad", 200 if quick else 1000, seed)
+    epochs = 5 if quick else 40
     network = train_scores(MOTIONS, training, validation, best=BEST, epochs=epochs, seed=seed)
     filter = NeuralModes(MOTIONS, Position(sd=SD, axes=2), network)
     trained = _trained(training, "labels from the bank", seed, filter, quick)

@@ -31,6 +31,7 @@ TITI |= {f"titi-guney-imm-{model}": titi_guney.on_the_imm(model) for model in ("
 TRAINERS: dict[str, Trainer] = {
     "lee-2003-ga": lee.by_genetic_algorithm(0.95),
     "lee-2003-ga-error": lee.by_genetic_algorithm(1.0),
+    **{f"lee-2003-ga-{weight:g}": lee.by_genetic_algorithm(weight) for weight in lee.SWEPT},
     "lee-2003-best": lee.with_transition("lee-2003", 3, 2),
     "lee-2003-best-constants": lee.with_transition("lee-2003", 3, 1),
     "fuzzy-kalman": lee.with_transition("random-accelerations", 1, 6),
