@@ -176,9 +176,31 @@ def test_titi_guney_what_an_aid_does_and_does_not(outcomes):
         for rate in ("1 Hz", "20 Hz"):
             below(figure(outcome, f"tuned, {rate}", filter, over[0]), 1.02)
     for target in (2, 4, 6):
-        below(figure(outcome, f"target {target}", "nnakf", over[0]), 0.975)
+        for filter in ("anfsakf", "nnakf"):
+            below(figure(outcome, f"target {target}", filter, over[0]), 0.975)
         rows = [figure(outcome, f"target {target}", name, "position_rmse").measured for name in ("imm", "nnakf")]
         assert rows[0] < rows[1]
+
+
+def test_titi_guney_an_aid_fed_by_history_costs_an_imm_nothing(outcomes):
+    outcome = outcomes["titi-guney"]
+    for target in (1, 2, 4, 6):
+        below(figure(outcome, f"target {target}, IMM", "imm + history", "position_rmse_over_imm"), 1.0)
+    # the paper's inputs say nothing new to an IMM
+    assert figure(outcome, "target 6, IMM", "imm + anfsakf", "position_rmse_over_imm").measured > 1.02
+
+
+def test_titi_guney_an_aid_keeps_the_nees_honest(outcomes):
+    """Of a sluggish filter, whose own P is some hundred times too small."""
+    outcome = outcomes["titi-guney"]
+    nees = {
+        name: figure(outcome, "sluggish, 1 Hz", name, "nees").measured
+        for name in ("kf", "anfsakf", "anfsakf, kf's P", "nnakf")
+    }
+    assert nees["kf"] > 300 and nees["anfsakf, kf's P"] > 300
+    assert 0.8 < nees["anfsakf"] < 1.25 and 0.8 < nees["nnakf"] < 1.25
+    same = [figure(outcome, "sluggish, 1 Hz", n, "position_rmse").measured for n in ("anfsakf", "anfsakf, kf's P")]
+    assert same[0] == same[1]
 
 
 @pytest.mark.parametrize(("rate", "alone", "aided"), [("1 Hz", 309.0, 230.0), ("20 Hz", 187.8, 145.9)])

@@ -137,7 +137,8 @@ def _trained(training: Runs, method: str, seed: int, filter: Built, quick: bool)
     figures = []
     for k in range(1, 5):
         test = from_scenario(f"choi-2001-{k}", test_runs(quick), seed + 1000)
-        x = filter.filter(**test.batch(), outputs=("x",)).x[:, ::2]
+        said = filter.filter(**test.batch(), outputs=("x",))
+        x = said.x[:, [said.components.index(name) for name in ("px", "py")]]
         error = (x.reshape(test.z.shape) - test.position)[:, 2:]
         figures.append((f"position rms, m, scenario {k}", float(np.sqrt((error**2).sum(axis=2).mean()))))
     return Trained(data=str(training), method=method, seeds=(seed,), figures=figures, version=VERSION)
