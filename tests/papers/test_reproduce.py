@@ -122,6 +122,10 @@ def test_choi_within_a_tenth(outcomes):
     for reach, scenario, value in ((1, 1, 1.17), (1, 3, 5.33), (2, 1, 1.17), (2, 4, 2.54)):
         row = figure(outcome, f"Sc {scenario}", f"dsvsmm-{reach}", "position_rmse")
         assert_allclose(row.measured, value, rtol=0.1)
+    # of 2000 runs
+    for filter, values in (("active digraph", (1.18, 1.88, 4.38, 2.92)), ("adaptive grid", (1.18, 1.41, 1.73, 1.48))):
+        for scenario, value in enumerate(values, start=1):
+            assert_allclose(figure(outcome, f"Sc {scenario}", filter, "position_rmse").measured, value, rtol=0.1)
     for reach in (1, 2):  # 5.98 is not reached
         assert figure(outcome, "Sc 2", f"dsvsmm-{reach}", "position_rmse").measured < 2.5
 
@@ -163,6 +167,8 @@ def test_lee_what_rules_add_to_constants_within_the_same_bounds(outcomes):
     (sheet,) = sheets(outcome)
     assert "ga: rules per mode: 1, 1, 1, which are constants" in sheet.notes
     assert "ga, λ = 1: rules per mode: 8, 4, 5" in sheet.notes
+    for weight in ("0.5", "0.8", "0.99"):
+        assert f"ga, λ = {weight}: rules per mode: 1, 1, 1, which are constants" in sheet.notes
 
 
 def test_titi_guney_what_an_aid_does_and_does_not(outcomes):
@@ -233,6 +239,7 @@ NETWORKS = {  # limits of the median in scenarios 1 to 4, by what the models are
     "wide": ("nnvsmm, wide", (0.95, 1.43, 1.43, 1.39)),
     "modes-3": ("modes, training 3", (1.40, 1.60, 2.00, 2.25)),
     "modes-end-to-end": ("modes, end to end", (1.20, 1.47, 1.83, 1.88)),
+    "modes-motions": ("modes, CV CA CT", (1.42, 1.45, 1.45, 1.45)),
     "modes-wide": ("modes, wide", (0.95, 1.41, 1.30, 1.35)),
 }
 MODELS = Path(catalogue.__file__).parent / "models"
