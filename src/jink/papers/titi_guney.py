@@ -225,7 +225,7 @@ TITI_GUNEY = Paper(
         "“as published” is ANFIS after ten epochs of backpropagation, which leave it under-trained. “anfsakf” has "
         "300 epochs of the hybrid method. The runs that are scored are not those that the aids saw.",
         "The paper prints figures and no table, so there are no published numbers to compare with.",
-        "The paper says nothing of P. Here an aid scales it by factors found on its validation runs; “anfsakf, kf's P” is "
+        "The paper says nothing of P. Here an aid scales it by factors from its validation runs; “anfsakf, kf's P” is "
         "the same aid without them.",
         "The aids on a radar's filter are those that were trained on positions along x.",
         "A tracker of plots without identity takes no aid, since an aid looks at one innovation and a tracker weighs "
