@@ -58,7 +58,8 @@ void bind_enumerations(nb::module_ &module) {
                           {"grid", Propose::grid},
                           {"dimension", Propose::dimension}});
     enumeration<AidInputs>(module, "AidInputs", "What a learned correction looks at.",
-                           {{"none", AidInputs::none}, {"residuals", AidInputs::residuals}, {"innovations", AidInputs::innovations}});
+                           {{"none", AidInputs::none}, {"residuals", AidInputs::residuals}, {"innovations", AidInputs::innovations},
+                            {"sums", AidInputs::sums}});
     enumeration<AidModel>(module, "AidModel", "A network, or the shape of an ANFIS's membership functions.",
                           {{"network", AidModel::network},
                            {"triangular", AidModel::triangular},

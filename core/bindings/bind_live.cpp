@@ -15,7 +15,7 @@ struct Estimate : Snapshot<double> {
 void combined(const Estimate &e, double *x, double *P) {
     Combine<double> combine(*e.c);
     combine(e.arena.data(), e.probability.data(), x, P);
-    for (std::size_t i = 0; i < e.correction.size(); ++i) x[i] += e.correction[i];
+    corrected(e.correction, x, P);
 }
 
 // A NumPy array of this shape, and where its numbers go. Through numpy.empty itself, which is twice as fast as a capsule of ours.

@@ -21,7 +21,7 @@ inline void write_results(const Composition<Pack> &c, const Snapshot<Pack> &s, C
     const int n = c.reported.n, m = c.members();
     Pack x[largest_state], P[packed_size(largest_state)];
     if (to[0] || to[1]) combine(s.arena.data(), s.probability.data(), x, to[1] ? P : nullptr);
-    for (std::size_t i = 0; i < s.correction.size(); ++i) x[i] = x[i] + s.correction[i];
+    if (to[0] || to[1]) corrected(s.correction, x, to[1] ? P : nullptr);
     const std::vector<Pack> probability = set_probability(c, s);
     for (int l = 0; l < used; ++l) {
         const std::size_t at = std::size_t(first) + l;

@@ -75,7 +75,7 @@ class Runner {
     void estimate(int k, const Pack *arena, const Pack *probability, Mask<Pack> started, const std::vector<Pack> &alive) {
         if (x.wanted() || P.wanted()) {
             combine(arena, probability, xs, P.wanted() ? Ps : nullptr);
-            for (int i = 0; aid.active() && i < c.reported.n; ++i) xs[i] = xs[i] + aid.correction[i];
+            corrected(aid.correction, xs, P.wanted() ? Ps : nullptr);
             if (x.wanted()) x.put(k, xs, started);
             if (P.wanted()) P.put(k, Ps, started);
         }

@@ -55,8 +55,10 @@ struct DetectDeclaration {
 };
 
 // A learned correction of what goes out (aid.hpp).
-enum class AidInputs { none, residuals, innovations };
+enum class AidInputs { none, residuals, innovations, sums };
 enum class AidModel { network, triangular, gaussian, bell };
+
+inline constexpr int aid_factors = 3;  // of the sds of position, velocity, acceleration
 
 struct AidDeclaration {
     AidInputs kind = AidInputs::none;
@@ -64,7 +66,9 @@ struct AidDeclaration {
     int inputs = 0, outputs = 0;
     std::vector<int> sizes;       // of the network's layers, or membership functions per input
     std::vector<double> numbers;  // as Aid reads them
-    int memory(int axes) const { return kind == AidInputs::innovations ? inputs * axes : 0; }
+    // Innovations that are looked back on: input k of sums takes 2^k of them.
+    int history() const { return kind == AidInputs::innovations ? inputs : kind == AidInputs::sums ? 1 << (inputs - 1) : 0; }
+    int memory(int axes) const { return history() * axes; }
 };
 
 struct Declaration {

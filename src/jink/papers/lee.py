@@ -13,13 +13,14 @@ from ..filters.adaptive_imm import AugmentedAcceleration, TwoStageAcceleration, 
 from ..filters.fuzzy_imm import fuzzy_imm
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
-from ..models.fuzzy import PUBLISHED
+from ..models.fuzzy import PUBLISHED, FuzzyRules
 from ..models.motion import ConstantVelocity
 from ..scenarios import SCENARIOS
-from .constants import best_constants, over_constants, with_rule_counts
+from .constants import INPUTS, best_constants, over_constants, with_rule_counts
 from .drawing import Chart, Drawing, Line, Surface
 from .learned import Models, learned
 from .paper import Experiment, named, of_race
+from .training.lee import SWEPT
 
 POSITION = of_race("normalised_position", "ζp")
 VELOCITY = of_race("normalised_velocity", "ζv")
@@ -30,7 +31,12 @@ NOISE, BIAS, BIAS_PRIOR = (
 )  # m/s²: process noise, bias noise, √Pa0 (Pa0 = 1e-3 km²/s⁴)
 NAMES = ("aimm3", "aimm5", "fuzzy-imm")
 # whose noise may lie within the same bounds
-RIVALS = {"ga": "ga constants", "ga, λ = 1": "ga constants", "best fuzzy": "best constants"}
+RIVALS = {
+    "ga": "ga constants",
+    "ga, λ = 1": "ga constants",
+    **{f"ga, λ = {weight:g}": "ga constants" for weight in SWEPT},
+    "best fuzzy": "best constants",
+}
 
 
 def adaptive(name: str, levels: list[float], estimator: type[AugmentedAcceleration]) -> Callable[[Purpose], Named]:
@@ -110,6 +116,12 @@ def experiment(
                 learned(models, "lee-2003-ga", "fuzzy IMM, rules by our own run of the paper's GA, λ = 0.95")
             ),
             "ga, λ = 1": with_rule_counts(learned(models, "lee-2003-ga-error", "the same with λ = 1: the error alone")),
+            **{
+                f"ga, λ = {weight:g}": with_rule_counts(
+                    learned(models, f"lee-2003-ga-{weight:g}", f"the same with λ = {weight:g}")
+                )
+                for weight in SWEPT
+            },
             "constants": constants,
             "ga constants": best_constants(seed=0),
             "best fuzzy": with_rule_counts(
@@ -183,23 +195,30 @@ def errors(races: Mapping[str, Race]) -> list[Drawing]:
 
 
 def draw(races: Mapping[str, Race]) -> list[Drawing]:
-    """Figures 3 and 4, and the noise that the rules of tables 2.1 to 2.3 call for."""
+    """Figures 3 and 4, and the noise that the rules of tables 2.1 to 2.3 and our own call for."""
     out = errors(races)
-    for k, (rules, u) in enumerate(zip(PUBLISHED["lee-2003"], (1, 10, 100), strict=True), start=1):
-        grid, sd = rules.surface(3000.0)
-        out.append(
-            Surface(
-                title=f"Table 2.{k}: noise sd that the rules for {u} m/s² call for",
-                x="residual km",
-                y="its change km",
-                grid_x=grid / 1000,
-                grid_y=grid / 1000,
-                values=sd,
-                unit="m/s²",
-                sentences=rules.describe(),
-            )
-        )
+    for k, (rules, u) in enumerate(zip(PUBLISHED["lee-2003"], INPUTS, strict=True), start=1):
+        out.append(_surface(rules, f"Table 2.{k}: noise sd that the rules for {u:g} m/s² call for"))
+    entrants = next(iter(races.values())).entrants
+    for name in ("ga, λ = 1", "best fuzzy"):
+        motions = entrants[name].filter.motions if name in entrants else ()
+        for k, motion in enumerate(motions, start=1):
+            out.append(_surface(motion.rules, f"Not in the paper: noise sd of mode {k}, {name}"))
     return out
+
+
+def _surface(rules: FuzzyRules, title: str) -> Surface:
+    grid, sd = rules.surface(3000.0)
+    return Surface(
+        title=title,
+        x="residual km",
+        y="its change km",
+        grid_x=grid / 1000,
+        grid_y=grid / 1000,
+        values=sd,
+        unit="m/s²",
+        sentences=rules.describe(),
+    )
 
 
 READINGS = (

@@ -12,7 +12,6 @@ import numpy as np
 
 from ..catalogue.purpose import Named, Purpose
 from ..checks import Array
-from ..compare.mode_jumps import mode_jump_delay, phases
 from ..compare.result import Race
 from ..compare.scores import NAN, Tally, efficiency
 from ..metrics import Figure
@@ -43,6 +42,8 @@ def of_race(name: str, words: str) -> Metric:
 POSITION = of_race("position_rmse", "position m")
 VELOCITY = of_race("velocity_rmse", "velocity m/s")
 ACCELERATION = of_race("acceleration_rmse", "accel. m/s²")
+NEES = of_race("nees", "NEES per component")
+MODE_DELAY = of_race("mode_jump_delay", "mode delay scans")
 
 
 def peak(name: str, words: str, begin: int, end: int) -> Metric:
@@ -128,16 +129,6 @@ def _seconds(filter: Any, simulation: Simulation) -> float:
     began = clock.process_time()
     filter.filter(**simulation.batch(), threads=1, outputs=("x",))
     return clock.process_time() - began
-
-
-def jump_delay(scenario: Scenario) -> Metric:
-    """Scans until the right mode leads after the target changes; see :mod:`jink.compare.mode_jumps`."""
-
-    def measure(race: Race, filter: str) -> Figure:
-        of = phases(scenario.simulate(1), race.skipped_scans)
-        return mode_jump_delay(race.tallies[filter], of) if filter in race.tallies else NAN
-
-    return Metric("mode_jump_delay", "mode delay scans", measure)
 
 
 @dataclass(frozen=True, kw_only=True)
