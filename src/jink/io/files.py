@@ -24,6 +24,7 @@ from .formats import json as json_text
 from .formats import nested
 from .formats.registry import FORMATS
 from .rejected import unreadable
+from .stages import stage
 from .unpacking import gunzip, most_unpacked, too_large, zstd_size
 
 HEAD = 1 << 16  # bytes that tell the format
@@ -90,6 +91,7 @@ def name_of(path: Path) -> str:
     return os.fsencode(path).decode("utf-8", "backslashreplace")
 
 
+@stage("read")
 def open_table(path: Path) -> Table:
     """Recognise a file's format by its first bytes and read its column names, or raise InputError."""
     file = name_of(path)
@@ -172,7 +174,7 @@ def open_content(file: str, content: bytes) -> Table:
         content = content.decode("utf-16", errors="replace").encode()
     content = content.removeprefix(b"\xef\xbb\xbf")
     start = content[:4096].lstrip()[:1]
-    if not content.strip():
+    if not start and not content.strip():
         raise InputError(f"{file} is empty")
     head = content[:HEAD].lstrip()
     for known in FORMATS:

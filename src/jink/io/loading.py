@@ -15,6 +15,7 @@ from .files import Rows, Table, expand, name_of, open_table
 from .layouts import Layout, layout_of
 from .meaning import doubtful
 from .measurements import Measurements, measure
+from .stages import stage
 
 
 @dataclass(frozen=True)
@@ -148,6 +149,7 @@ def _filled(conventions: Conventions, layout: Layout) -> Conventions:
     return replace(conventions, **own)
 
 
+@stage("read")
 def _read(table: Table, columns: Columns) -> Rows:
     """The columns that are needed, and, where their values raise doubt, others that may be meant."""
     wanted = wanted_names(table.file, columns)

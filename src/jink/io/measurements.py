@@ -24,6 +24,7 @@ from .errors import InputError
 from .meaning import understand
 from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
 from .sheet import Problem, Sheet
+from .stages import stage
 from .values import numbers, texts
 
 FOOT = 0.3048
@@ -54,6 +55,7 @@ class Measurements:
     unused: list[str] = field(default_factory=list)
 
 
+@stage("recognise")
 def measure(
     file: str | None,
     frame: pl.DataFrame,

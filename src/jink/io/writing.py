@@ -16,6 +16,7 @@ import polars as pl
 from .errors import InputError
 from .map_writing import write_gpx, write_kml
 from .packing import compress as compress
+from .stages import stage
 
 FORMATS = {
     ".parquet": "parquet",
@@ -108,6 +109,7 @@ def _to_disk(path: Path) -> None:
         os.close(handle)
 
 
+@stage("write")
 def write_tracks(tracks: pl.DataFrame, path: Path | IO[bytes], kind: str) -> None:
     """Write to `path` (any name, or an open stream) in the format `kind`; nulls are empty in CSV and null in JSON."""
     writers: dict[str, Callable[[pl.DataFrame, IO[bytes]], Any]] = {

@@ -13,6 +13,7 @@ import polars as pl
 from ..catalogue.targets import KINDS
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
+from ..io.stages import stage
 from ..io.units import ANGLE, LENGTH, TIME
 from .cleaning import changes
 from .placing import Placed
@@ -79,6 +80,7 @@ def parse_sensor_sd(given: float | str | Mapping[str, float] | None) -> dict[str
     return values
 
 
+@stage("noise")
 def noise_levels(placed: Placed, given: Mapping[str, float], kind: str, known: NoiseLevel | None = None) -> NoiseLevel:
     """Noise of every row of `placed`, from what is given, stated and estimated, in this order.
 
