@@ -120,7 +120,7 @@ class Stretched:
 
 
 def _rows_of(estimate: Estimate, rows: np.ndarray) -> Estimate:
-    return replace(estimate, results={name: value[rows] for name, value in estimate.results.items()})
+    return replace(estimate, results={name: value[rows] for name, value in estimate.results.items()}, source=None)
 
 
 def _agree(one: dict[str, np.ndarray], rows: np.ndarray, other: dict[str, np.ndarray], same: np.ndarray) -> bool:
