@@ -26,6 +26,7 @@ from .plain import VERSION, plain, write
 from .results import allocate
 from .rows import Batch, prior_of_tracks
 from .rules import declared_rules
+from .slots import Slots
 from .source import BatchSource
 
 
@@ -281,6 +282,18 @@ class Bank:
         if state is not None:
             live.restore(state)
         return live
+
+    def slots(self) -> Slots:
+        """Track live targets that come and go. Errors: TypeError for models of your own."""
+        if self.declaration is None:
+            raise TypeError(f"{type(self).__name__}: slots are for jink's own motion and sensor models")
+        live = self.engine.slots()
+        if isinstance(self.initial, Prior):
+            x, P = prior_of_tracks(self.initial, self.components, 1)
+            live.begin_all(x[0], P[0])
+        return Slots(
+            live, self._estimate, components=len(self.components), modes=len(self.motions), columns=self.columns
+        )
 
     def _many(self, n: int, lag: int, outputs: Sequence[str] | None) -> LiveBatch:
         return LiveBatch(
