@@ -39,7 +39,7 @@ lint: dev
 	$(BIN)/pyright
 
 bench: $(ENGINE) $(VENV)/.with-bench
-	$(BIN)/python -m benchmarks.run
+	$(BIN)/python -m benchmarks.run $(BENCH)
 
 fit-demo: $(ENGINE) $(VENV)/.with-track$(comma)report$(comma)fit
 	$(BIN)/jink fit examples/flights.parquet --starts 1 --minutes 0.4 -o fitted.json --report fitted.html

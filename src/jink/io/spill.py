@@ -21,6 +21,7 @@ from .measurements import Measurements, target_names
 from .pieces import Pieced
 from .rejected import SCHEMA
 from .sheet import Sheet
+from .stages import stage
 
 KEY = "\x00target"
 SAMPLE = -1  # the number of the share that tells what holds for all
@@ -82,6 +83,7 @@ class Spill:
     rows: int = 0
     unreadable: list[pl.DataFrame] = field(default_factory=list)
 
+    @stage("read")
     def count(self) -> None:
         """Read all files once: which targets there are, and how many rows each has."""
         found: list[pl.DataFrame] = []
@@ -105,6 +107,7 @@ class Spill:
         if found:
             self.counts = _summed(found)
 
+    @stage("read")
     def divide(self, most: int, sample: pl.DataFrame | None) -> int:
         """Give every target a share of about `most` rows, in the order of their names; returns how many there are.
 
@@ -140,6 +143,7 @@ class Spill:
         if rows.height:
             rows.drop(KEY, "share", "sample").write_ipc(self.folder / f"{share}-{source}-{piece}.arrow")
 
+    @stage("read")
     def share(self, number: int) -> Measurements:
         """The measurements of one share; its files are taken away. Errors: InputError."""
         parts, names = [], []
