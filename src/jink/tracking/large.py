@@ -29,7 +29,7 @@ from .prepare import EVIDENCE, Group, Known, Prepared, Settings, drawn, prepare
 from .stretches import pieces
 from .summary import CLEANED, plain, reasons, words_for
 
-PER_ROW = 900  # bytes of memory that a row takes from its reading to its track
+PER_ROW = 800  # bytes of memory that a row takes from its reading to its track
 FIXED = 450_000_000  # bytes that the packages, a piece of the input and the tables on their way take
 PIECE = 500_000  # rows that are read at once
 FEWEST = 100_000  # rows of a share: smaller ones save nothing
