@@ -40,6 +40,8 @@ class MotionKind(enum.Enum):
 
     two_stage = 7
 
+    statistical_along_track = 8
+
 class NoiseKind(enum.Enum):
     """Process noise: constant over a step (sd), or white (psd)."""
 
@@ -86,6 +88,8 @@ class Adapt(enum.Enum):
     fuzzy_rules = 3
 
     network = 4
+
+    straight_limits = 5
 
 class Interaction(enum.Enum):
     """How the modes' past estimates interact."""
@@ -187,6 +191,10 @@ class Mode:
     def around_side(self) -> bool: ...
     @around_side.setter
     def around_side(self, arg: bool, /) -> None: ...
+    @property
+    def in_sd(self) -> bool: ...
+    @in_sd.setter
+    def in_sd(self, arg: bool, /) -> None: ...
 
 class Sensor:
     """A sensor in numbers: variances, or a packed covariance if correlated."""

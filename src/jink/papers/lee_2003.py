@@ -26,7 +26,7 @@ LEE_2003 = Paper(
         "A single tuned Kalman filter (kalman-cv) beats both adaptive IMMs.",
         "The two-stage recursion with noise on its bias is not optimal; compare “two-stage” with “augmented”.",
         "Intervals in standard deviations of the estimator need no level in m/s², which answers the paper's objection "
-        "to the AIMM. The two-stage estimator's own deviation is far too small, so c is 32; the augmented filter's is "
-        "about right, c is 8, and both errors are smaller.",
+        "to the AIMM. The two-stage estimator's own deviation is far too small, so c is 32. With the augmented "
+        "filter's c is 8, and both errors are smaller.",
     ),
 )

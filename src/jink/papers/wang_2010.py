@@ -93,12 +93,8 @@ def improved(models: Models) -> dict[str, Callable[[Purpose], Named]]:
         "csaf fit": of_model(models, "wang-2010-csaf", "CSAF, a_max and α fitted"),
         "singer fit": of_model(models, "wang-2010-singer", "Singer, σ and α fitted"),
         "facs fit": of_model(models, "wang-2010-facs", "FACS, k, a_th and α fitted"),
-        "wide fit": of_model(
-            models, "wang-2010-facs-widened", "FACS widened where NIS is high, all fitted but α"
-        ),
-        "along fit": of_model(
-            models, "wang-2010-facs-along", "limits along and across the track, widened, all fitted"
-        ),
+        "wide fit": of_model(models, "wang-2010-facs-widened", "FACS widened where NIS is high, all fitted but α"),
+        "along fit": of_model(models, "wang-2010-facs-along", "limits along and across the track, widened, all fitted"),
     }
 
 
