@@ -136,6 +136,9 @@ def test_p_goes_out_with_the_factors_of_the_corrector(filter):
     places = slice(runs.z.shape[1], 2 * runs.z.shape[1])
     got = [live.update(t, z).P for t, z in zip(batch["time"], batch["z"], strict=True)]
     assert_allclose(np.stack(got), aided.P[places], rtol=1e-9)
+    many = Aided(filter, corrector).start(3)
+    got = [many.update(t, z).P for t, z in zip(runs.time[0], np.moveaxis(runs.z, 0, 1), strict=True)]
+    assert_allclose(np.stack(got, axis=1).reshape(aided.P.shape), aided.P, rtol=1e-9)
 
 
 @pytest.mark.parametrize("model", ["anfis", "linear"])
