@@ -2,7 +2,7 @@
 #pragma once
 
 #include "run/record.hpp"
-#include "run/smooth_kernels.hpp"
+#include "run/smooth_message.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
