@@ -226,11 +226,11 @@ def test_titi_guney_an_aid_keeps_the_nees_honest(outcomes):
     outcome = outcomes["titi-guney"]
     nees = {
         name: figure(outcome, "sluggish, 1 Hz", name, "nees").measured
-        for name in ("kf", "anfsakf", "anfsakf, kf's P", "nnakf")
+        for name in ("kf", "anfsakf", "anfsakf, kf’s P", "nnakf")
     }
-    assert nees["kf"] > 300 and nees["anfsakf, kf's P"] > 300
+    assert nees["kf"] > 300 and nees["anfsakf, kf’s P"] > 300
     assert 0.8 < nees["anfsakf"] < 1.25 and 0.8 < nees["nnakf"] < 1.25
-    same = [figure(outcome, "sluggish, 1 Hz", n, "position_rmse").measured for n in ("anfsakf", "anfsakf, kf's P")]
+    same = [figure(outcome, "sluggish, 1 Hz", n, "position_rmse").measured for n in ("anfsakf", "anfsakf, kf’s P")]
     assert same[0] == same[1]
 
 

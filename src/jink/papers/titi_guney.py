@@ -77,7 +77,7 @@ def aided(models: Models, speed: str) -> dict[str, Maker]:
             models, f"{name}-literal", f"{words}; ANFIS {inputs}, ten epochs of backpropagation", fitted=own
         ),
         "anfsakf": learned(models, f"{name}-anfis", f"{words}; ANFIS {inputs}, hybrid training", fitted=own),
-        "anfsakf, kf's P": with_own_covariance(
+        "anfsakf, kf’s P": with_own_covariance(
             learned(models, f"{name}-anfis", f"{words}; the same ANFIS, P as the filter has it", fitted=own)
         ),
         "nnakf": learned(models, f"{name}-network", f"{words}; network {inputs}", fitted=own),
@@ -225,7 +225,7 @@ TITI_GUNEY = Paper(
         "“as published” is ANFIS after ten epochs of backpropagation, which leave it under-trained. “anfsakf” has "
         "300 epochs of the hybrid method. The runs that are scored are not those that the aids saw.",
         "The paper prints figures and no table, so there are no published numbers to compare with.",
-        "The paper says nothing of P. Here an aid scales it by factors from its validation runs; “anfsakf, kf's P” is "
+        "The paper says nothing of P. Here an aid scales it by factors from its validation runs; “anfsakf, kf’s P” is "
         "the same aid without them.",
         "The aids on a radar's filter are those that were trained on positions along x.",
         "A tracker of plots without identity takes no aid, since an aid looks at one innovation and a tracker weighs "
