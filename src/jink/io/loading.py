@@ -157,4 +157,5 @@ def _together(parts: list[Measurements], files: list[str]) -> Measurements:
         first.named,
         list(dict.fromkeys(note for part in parts for note in part.notes)),
         list(dict.fromkeys(name for part in parts for name in part.unused)),
+        list(dict.fromkeys(note for part in parts for note in part.rate_notes)),
     )

@@ -23,6 +23,7 @@ from .conventions import NONE, Conventions
 from .errors import InputError
 from .meaning import understand
 from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
+from .rates import rates
 from .sheet import Problem, Sheet
 from .values import numbers, texts
 
@@ -41,8 +42,9 @@ class Measurements:
     """Measurements in SI units, one row per readable input row, and what was noticed on the way.
 
     `rows` has file, row, target, source, time (seconds, since 1970 when `absolute`), the position's
-    components (NaN: missing), speed, position_sd and altitude_sd (as each row states; NaN: not stated), dilution
-    (how much rougher a row is than the middle one) and grounded (the altitude was filled in on the ground).
+    components (NaN: missing), speed and the other rates that the table has (`rates.py`), position_sd and altitude_sd
+    (as each row states; NaN: not stated), dilution (how much rougher a row is than the middle one) and grounded (the
+    altitude was filled in on the ground). `rate_notes` are of interest where the rates are used.
     """
 
     rows: pl.DataFrame
@@ -52,6 +54,7 @@ class Measurements:
     named: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     unused: list[str] = field(default_factory=list)
+    rate_notes: list[str] = field(default_factory=list)
 
 
 def measure(
@@ -95,6 +98,8 @@ def measure(
     problems += unreadable
     problems += [(reason, bad, None) for reason, bad in _invalid(sheet.position, values, check_coordinates)]
     position_sd, altitude_sd = accuracies(sheet)
+    speed = speeds(sheet)
+    moving, rate_notes = rates(sheet, speed)
     rows = pl.DataFrame(
         {"file": pl.repeat(file, frame.height, dtype=pl.String, eager=True), "row": frame["row"]}
     ).with_columns(
@@ -102,7 +107,8 @@ def measure(
         _source(sheet, file),
         pl.Series("time", seconds),
         *[pl.Series(name, value) for name, value in values.items()],
-        pl.Series("speed", speeds(sheet)),
+        pl.Series("speed", speed),
+        *[pl.Series(name, value) for name, value in moving.items()],
         position_sd,
         pl.Series("dilution", dilution(sheet)),
         pl.Series("grounded", np.isfinite(ground_sd)),
@@ -112,7 +118,8 @@ def measure(
     kept = rows.filter(pl.Series(good))
     named = {role: column.shown or column.name for role, column in sheet.roles.items()}
     notes = noticed + target_note + sheet.notes
-    return Measurements(kept, rejected, sheet.position, times.absolute, named, notes, _unused(sheet, named))
+    unused = _unused(sheet, named)
+    return Measurements(kept, rejected, sheet.position, times.absolute, named, notes, unused, rate_notes)
 
 
 def _unused(sheet: Sheet, named: dict[str, str]) -> list[str]:
