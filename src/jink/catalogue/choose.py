@@ -12,12 +12,15 @@ from ..filters.imm import IMM
 from ..filters.loading import load
 from ..io.errors import InputError
 from ..models.outliers import Outliers
-from ..models.sensor import Polar, Position, Sensor
+from ..models.sensor import Polar, Position, PositionVelocity, Sensor
 from .purpose import Purpose, Unfit
 from .registry import FILTERS, SHORT, canonical
 from .targets import kind_of
 
 DEFAULT = "imm"
+VELOCITIES = ("vx", "vy", "vz")
+# what a radar measures beside range and azimuth, and the sensor's argument for its noise
+RADAR = {"altitude": "height_sd", "elevation": "elevation_sd", "range_rate": "range_rate_sd"}
 
 
 def default_filter(
@@ -103,13 +106,17 @@ def axes_of(chosen: Any) -> int | None:
     return None if of_one_axis(chosen) else getattr(chosen, "axes", None)
 
 
-def sensor_of(components: Sequence[str], sd: Mapping[str, float]) -> Position | Polar:
-    """The sensor of measured `components` (x, y, altitude, ... or range, azimuth, ...) with these `sd`s."""
-    third = components[2] if len(components) > 2 else None
+def sensor_of(components: Sequence[str], sd: Mapping[str, float]) -> Position | PositionVelocity | Polar:
+    """The sensor of measured `components` with these `sd`s: x, y, altitude, ..., perhaps vx, vy, vz; or range, azimuth,
+    ..., perhaps range_rate.
+    """
     if components[0] == "range":
-        extra: dict[str, Any] = {
-            "altitude": {"height_sd": sd.get("altitude")},
-            "elevation": {"elevation_sd": sd.get("elevation")},
-        }
-        return Polar(range_sd=sd["range"], azimuth_sd=sd["azimuth"], **extra.get(third or "", {}))
-    return Position(sd=[sd["position"]] * 2 + ([sd["altitude"]] if third else []), axes=len(components))
+        extra = {RADAR[name]: sd.get(name) for name in components[2:]}
+        return Polar(range_sd=sd["range"], azimuth_sd=sd["azimuth"], **extra)
+    velocities = [name for name in components if name in VELOCITIES]
+    axes = len(components) - len(velocities)
+    position = [sd["position"]] * 2 + [sd["altitude"]] * (axes - 2)
+    if velocities:
+        velocity = [sd.get("velocity", 1.0)] * 2 + [sd.get("vertical_rate", 1.0)] * (axes - 2)
+        return PositionVelocity(sd=position, velocity_sd=velocity, axes=axes)
+    return Position(sd=position, axes=axes)

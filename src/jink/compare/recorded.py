@@ -140,7 +140,7 @@ def race_on_file(
 def read(path: str, kind: str, seed: int, columns: Mapping[str, str] | None = None) -> Recording:
     """A file, prepared as for ``jink track``, with half of it set aside for fitting. Errors: InputError."""
     measurements = load_files([path], Reading(columns)).measurements
-    prepared = prepare(measurements, Settings(kind=kind))
+    prepared = prepare(measurements, Settings(kind=kind, velocity=False))
     if not prepared.groups:
         raise InputError(f"{path}: no row is left after cleaning; jink track on this file says why")
     group = max(prepared.groups, key=lambda each: len(each.placed.time))

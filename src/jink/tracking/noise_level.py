@@ -13,7 +13,7 @@ import polars as pl
 from ..catalogue.targets import KINDS
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
-from ..io.units import ANGLE, LENGTH, TIME
+from ..io.units import ANGLE, LENGTH, SPEED, TIME
 from .cleaning import changes
 from .placing import Placed
 from .scatter import component_sd, plane_scatter, rough_velocity
@@ -28,6 +28,9 @@ GIVEN = {
     "range": LENGTH,
     "azimuth": ANGLE,
     "elevation": ANGLE,
+    "velocity": SPEED,
+    "vertical_rate": SPEED,
+    "range_rate": SPEED,
 }
 
 

@@ -21,6 +21,7 @@ from ..io.measurements import Measurements
 from .cleaning import Cleaned, Cleaning, changes, clean
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
+from .reported import Used, as_the_filter_measures, with_rates
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class Settings:
     drop_stale: bool = True
     check: bool = True
     threads: int | None = None
+    velocity: bool = True
 
     def __post_init__(self) -> None:
         kind_of(self.kind)
@@ -70,7 +72,8 @@ class Pace(NamedTuple):
 class Group:
     """Parts with the same number of axes: their rows, noise, the purpose a filter is made for, and the filter.
 
-    covariance of each row's measurement; None where the filter's sensor says it.
+    covariance of each row's measurement; None where the filter's sensor says it. rates: what reported velocities are
+    used, and why.
     """
 
     placed: Placed
@@ -78,6 +81,7 @@ class Group:
     purpose: Purpose
     filter: Any
     covariance: np.ndarray | None
+    rates: Used = field(default_factory=Used)
 
 
 @dataclass(frozen=True)
@@ -104,16 +108,23 @@ def prepare(measurements: Measurements, settings: Settings) -> Prepared:
 
 def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
     level = noise_levels(placed, settings.sensor_sd, settings.kind)
+    named = settings.filter is None or isinstance(settings.filter, str)
+    used = Used()
+    if named and settings.velocity:
+        placed, level, used = with_rates(
+            placed, level, settings.sensor_sd, lambda names, sd: choose(names, sd, pace, settings)[1]
+        )
+    elif not named:
+        placed, level = as_the_filter_measures(placed, level, settings.filter)
     purpose, filter = choose(placed.components, level.typical, pace, settings)
     covariance = None
-    named = settings.filter is None or isinstance(settings.filter, str)
     # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
     if named or getattr(filter, "fitted", {}).get("noise") == "of each row":
         begin_with_height(placed, level.covariance)
         covariance = None if level.uniform else level.covariance
     elif settings.sensor_sd:
         covariance = level.covariance
-    return Group(placed, level, purpose, filter, covariance)
+    return Group(placed, level, purpose, filter, covariance, used)
 
 
 def choose(components: Sequence[str], sd: Mapping[str, float], pace: Pace, settings: Settings) -> tuple[Purpose, Any]:

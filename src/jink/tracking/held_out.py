@@ -1,0 +1,94 @@
+"""How well a filter predicts positions that it has not seen: the mean log density of each, given those before it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..models.observed import to_positions
+from .placing import Placed
+
+SETTLED = 5  # rows of a part before its predictions count
+OUTLIER, SPREAD = 0.01, 1e4  # share of positions that are wrong, and how far they lie (m): one alone decides nothing
+BLOCK = 50  # rows that count as one when the standard error is told: neighbours are alike
+STEP = 1e-6
+
+
+def position_scores(
+    filter: Any, placed: Placed, covariance: np.ndarray, places: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """Log densities (N, 2) of each row's horizontal position and height before it is seen; NaN where nothing is
+    predicted or measured.
+
+    Every row is given twice, first without its measurement: that estimate is the prediction. places: positions (N,
+    axes) in metres and their covariance, which are scored. covariance: of `placed.z`, row by row.
+    """
+    z = np.repeat(placed.z, 2, axis=0)
+    z[::2] = np.nan
+    found = filter.filter(
+        np.repeat(placed.time, 2),
+        z,
+        offsets=2 * placed.offsets,
+        covariance=np.repeat(covariance, 2, axis=0),
+        outputs=("x", "P"),
+    )
+    x, P = found.x[::2], found.P[::2]
+    index = [found.components.index(f"p{axis}") for axis in "xyz"[: placed.axes]]
+    position, noise = places
+    scores = np.full((len(position), 2), np.nan)
+    for column, axes in enumerate(((0, 1), (2,))[: placed.axes - 1]):
+        which = [index[axis] for axis in axes]
+        error = position[:, axes] - x[:, which]
+        spread = P[np.ix_(range(len(x)), which, which)] + noise[np.ix_(range(len(x)), axes, axes)]
+        scores[:, column] = _log_density(error, spread)
+    since = np.arange(len(x)) - np.repeat(placed.offsets[:-1], np.diff(placed.offsets))
+    scores[since < SETTLED] = np.nan
+    return scores
+
+
+def _log_density(error: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    """Of a Gaussian, with some outliers spread evenly."""
+    out = np.full(len(error), np.nan)
+    good = np.isfinite(error).all(axis=1) & np.isfinite(spread).all(axis=(1, 2))
+    error, spread = error[good], spread[good]
+    m = error.shape[1]
+    determinant = np.linalg.det(spread) if m > 1 else spread[:, 0, 0]
+    sound = determinant > 0
+    spread = np.where(sound[:, None, None], spread, np.eye(m))
+    square = (error * np.linalg.solve(spread, error[..., None])[..., 0]).sum(axis=1)
+    log = -0.5 * (square + np.log(np.where(sound, determinant, 1.0)) + m * np.log(2.0 * np.pi))
+    log = np.where(sound, log, -np.inf)
+    out[good] = np.logaddexp(np.log1p(-OUTLIER) + log, np.log(OUTLIER) - m * np.log(SPREAD))
+    return out
+
+
+def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
+    """What `after` has more than `before` in a row, and its standard error over blocks of rows."""
+    difference = after - before
+    difference = difference[np.isfinite(difference)]
+    if not difference.size:
+        return 0.0, np.inf
+    starts = np.arange(0, difference.size, BLOCK)
+    if starts.size < 4:
+        return float(difference.mean()), float(difference.std() / np.sqrt(difference.size))
+    blocks = np.add.reduceat(difference, starts) / np.diff(np.r_[starts, difference.size])
+    return float(difference.mean()), float(blocks.std() / np.sqrt(starts.size))
+
+
+def measured_places(placed: Placed, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Measured positions (N, axes) in metres and their covariances; those of a radar to the first order."""
+    axes = placed.axes
+    if placed.components[0] != "range":
+        return placed.z[:, :axes], covariance[:, :axes, :axes]
+    names = tuple({"altitude": "height"}.get(name, name) for name in placed.components[:axes])
+    z = placed.z[:, :axes]
+    position = to_positions(z, names, (0.0, 0.0, 0.0), "north")
+    jacobian = np.empty((len(z), axes, axes))
+    for column in range(axes):
+        step = STEP * (np.nan_to_num(np.abs(z[:, column])) + 1.0)
+        moved = z.copy()
+        moved[:, column] += step
+        jacobian[:, :, column] = (to_positions(moved, names, (0.0, 0.0, 0.0), "north") - position) / step[:, None]
+    variance = covariance[:, :axes]
+    return position, np.einsum("nij,nj,nkj->nik", jacobian, variance, jacobian)
