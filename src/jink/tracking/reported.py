@@ -22,10 +22,14 @@ from .noise_level import NoiseLevel
 from .placing import Placed
 from .scatter import MEDIAN, component_sd, rough_velocity
 
-SAMPLE = 20_000  # rows that decide
+SAMPLE = 6_000  # rows that decide
+RADAR_SAMPLE = 20_000  # a range rate every 50 ms tells little more than the positions do: more rows show it
+CAUTIOUS, UNKNOWN_SPEED = 3.0, 1e4  # sds of an unknown velocity that are allowed for, and the largest (m/s)
 ENOUGH = 50  # rows of a sample below which nothing can be decided
 FAR = 6.0  # sds from the motion that positions show: such a report is wrong
 LEAST = 1e-3  # m/s
+SCALES = (1.0, 2.0, 4.0)  # of the estimated sds
+FEW_REPEATS = 0.95  # share of reports that differ from the one before: with more, repeats are not looked at
 TURN = 0.05  # rad/s: a target may turn so while its last positions tell its way
 Choose = Callable[[tuple[str, ...], Mapping[str, float]], Any]
 
@@ -139,57 +143,87 @@ def with_rates(
     places = measured_places(some, covariance)
     before = position_scores(plain, some, covariance, places)
     sds = _sds(plain, some, reports, covariance, given)
-    gains = {"velocity": (0.0, np.inf), "vertical_rate": (0.0, np.inf)}
-    chosen: dict[str, bool] = {}
-    for fresh_only in (True, False):
-        tried, noise = _joined(some, covariance, reports, sds, fresh_only)
-        try:
-            filter = choose(tried.components, level.typical | sds)
-        except InputError as error:
-            return placed, level, Used(notes=[f"reported velocities are not used: {error}"])
-        after = position_scores(filter, tried, noise, places)
+    try:
+        best = _search(some, covariance, reports, sds, given, level, choose, before, places)
+    except InputError as error:
+        return placed, level, Used(notes=[f"reported velocities are not used: {error}"])
+    return _decided(placed, level, rates, best, given)
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One way to use a rate: its sd (m/s), without repeated reports or with them, and what it gains in a row."""
+
+    sd: float
+    fresh_only: bool
+    gain: float = 0.0
+    error: float = np.inf
+
+    @property
+    def sure(self) -> float:
+        """The gain less two standard errors."""
+        return self.gain - 2.0 * self.error
+
+
+def _search(
+    placed: Placed,
+    covariance: np.ndarray,
+    rates: Rates,
+    sds: Mapping[str, float],
+    given: Mapping[str, float],
+    level: NoiseLevel,
+    choose: Choose,
+    before: np.ndarray,
+    places: tuple[np.ndarray, np.ndarray],
+) -> dict[str, Tried]:
+    """The best way to use each rate. Errors of reports last over many rows: some multiple of their sd does best."""
+    best = {name: Tried(sd, True) for name, sd in sds.items()}
+    repeats = bool(np.mean(rates.fresh) < FEW_REPEATS)
+    scales = [scale for scale in SCALES if scale == 1.0 or not set(sds) <= set(given)]
+    for scale, fresh_only in [*((scale, True) for scale in scales), *([(0.0, False)] if repeats else [])]:
+        # the last round: at the sds found, with the repeated reports
+        tried_sd = {
+            name: best[name].sd if scale == 0.0 else sd * (1.0 if name in given else scale) for name, sd in sds.items()
+        }
+        tried, noise = _joined(placed, covariance, rates, tried_sd, fresh_only)
+        after = position_scores(choose(tried.components, level.typical | tried_sd), tried, noise, places)
         for column, name in enumerate(("velocity", "vertical_rate")):
-            if name in sds and (found := gain(before[:, column], after[:, column]))[0] > gains[name][0]:
-                gains[name], chosen[name] = found, fresh_only
-    return _decided(placed, level, rates, sds, gains, chosen, given)
+            if name in sds:
+                found = Tried(tried_sd[name], fresh_only, *gain(before[:, column], after[:, column]))
+                best[name] = max(best[name], found, key=lambda each: each.sure)
+    return best
 
 
 def _decided(
-    placed: Placed,
-    level: NoiseLevel,
-    rates: Rates,
-    sds: dict[str, float],
-    gains: dict[str, tuple[float, float]],
-    chosen: dict[str, bool],
-    given: Mapping[str, float],
+    placed: Placed, level: NoiseLevel, rates: Rates, best: Mapping[str, Tried], given: Mapping[str, float]
 ) -> tuple[Placed, NoiseLevel, Used]:
     """With the rates that help; what was decided, in words."""
     used = Used()
     velocity = rates.velocity.copy()
     for name, columns in (("velocity", slice(0, 2)), ("vertical_rate", slice(2, 3))):
-        if name not in sds:
+        if name not in best:
+            velocity[:, columns] = np.nan
             continue
-        mean, error = gains[name]
-        helps = name in chosen and mean > 2.0 * error
-        what = {"velocity": "the reported velocity", "vertical_rate": "the reported vertical rate"}[name]
-        if helps:
-            used.sd[name], used.gains[name] = sds[name], mean
-            used.origin[name] = "given" if name in given else "estimated"
-            only = "; repeated reports are left out" if chosen[name] else ""
-            used.notes.append(
-                f"{what} is used: held-out positions are likelier by {mean:.2g} ± {error:.1g} a row{only}; "
-                "--no-velocity leaves it out"
-            )
-            if chosen[name]:
-                velocity[~rates.fresh, columns] = np.nan
-        else:
+        way = best[name]
+        what = "the reported " + name.replace("_", " ")
+        if not way.sure > 0.0:
             velocity[:, columns] = np.nan
             used.notes.append(f"{what} is not used: held-out positions are no likelier with it")
+            continue
+        used.sd[name], used.gains[name] = way.sd, way.gain
+        used.origin[name] = "given" if name in given else "estimated"
+        if way.fresh_only:
+            velocity[~rates.fresh, columns] = np.nan
+        only = "; repeated reports are left out" if way.fresh_only and not rates.fresh.all() else ""
+        used.notes.append(
+            f"{what} is used: held-out positions are likelier by {way.gain:.2g} ± {way.error:.1g} a row{only}; "
+            "--no-velocity leaves it out"
+        )
     if not used.sd:
         return placed, level, used
-    joined, covariance = _joined(placed, level.covariance, replace(rates, velocity=velocity), sds, False)
+    joined, covariance = _joined(placed, level.covariance, replace(rates, velocity=velocity), used.sd, False)
     sources = [line | _figures(used) for line in level.sources]
-    return joined, NoiseLevel(covariance, level.typical | sds, sources), used
+    return joined, NoiseLevel(covariance, level.typical | used.sd, sources), used
 
 
 def _figures(used: Used) -> dict[str, Any]:
@@ -199,15 +233,15 @@ def _figures(used: Used) -> dict[str, Any]:
     return figures
 
 
-def _sample(placed: Placed) -> slice:
+def _sample(placed: Placed, most: int = SAMPLE) -> slice:
     """Whole parts from the middle of the table, as many rows as decide; of a long part its first rows."""
     offsets = placed.offsets
-    if offsets[-1] <= SAMPLE:
+    if offsets[-1] <= most:
         return slice(0, int(offsets[-1]))
-    first = int(np.searchsorted(offsets, (offsets[-1] - SAMPLE) // 2, side="right")) - 1
+    first = int(np.searchsorted(offsets, (offsets[-1] - most) // 2, side="right")) - 1
     begin = int(offsets[first])
-    last = int(np.searchsorted(offsets, begin + SAMPLE, side="right")) - 1
-    return slice(begin, int(offsets[last]) if last > first else begin + SAMPLE)
+    last = int(np.searchsorted(offsets, begin + most, side="right")) - 1
+    return slice(begin, int(offsets[last]) if last > first else begin + most)
 
 
 def _joined(
@@ -288,19 +322,13 @@ def _with_range_rate(
     """A radar's measurements with its range rate, if that helps."""
     if "range_rate" not in placed.rows.columns:
         return placed, level, Used()
-    rate = np.where(np.isfinite(placed.plane[:, 0]), placed.rows["range_rate"].to_numpy(), np.nan)
-    known = np.isfinite(rate)
-    if known.sum() < ENOUGH:
-        return placed, level, Used()
-    part = np.cumsum(placed.new)[known]
-    starts, group = np.r_[True, np.diff(part) > 0], np.zeros(int(known.sum()), int)
-    sd = given.get("range_rate") or component_sd(placed.time[known], rate[known], starts, group, 1)[0]
-    if not np.isfinite(sd):
+    rate = _range_rate(placed)
+    sd = given.get("range_rate") or _scatter(placed, rate)
+    if sd is None:
         return placed, level, Used(notes=["the range rate is not used: its noise could not be estimated"])
-    sd = max(float(sd), LEAST)
     joined, full = _appended(placed, level, rate, sd)
-    rows = _sample(placed)
-    some, places = placed.some(rows), measured_places(placed.some(rows), level.covariance[rows])
+    rows = _sample(placed, RADAR_SAMPLE)
+    some = placed.some(rows)
     try:
         plain = choose(placed.components, level.typical)
         filter = choose(joined.components, full.typical)
@@ -308,30 +336,62 @@ def _with_range_rate(
         return placed, level, Used(notes=[f"the range rate is not used: {error}"])
     if getattr(plain, "counts_rows", False):
         return placed, level, Used(notes=["the range rate is not used: this filter counts rows"])
-    before = position_scores(plain, some, level.covariance[rows], places)
-    after = position_scores(filter, joined.some(rows), full.covariance[rows], places)
-    mean, error = gain(
-        before.sum(axis=1) if placed.axes == 3 else before[:, 0], after.sum(axis=1) if placed.axes == 3 else after[:, 0]
-    )
+    places = measured_places(some, level.covariance[rows])
+    before = position_scores(plain, some, level.covariance[rows], places)[:, : placed.axes - 1].sum(axis=1)
+    after = position_scores(filter, joined.some(rows), full.covariance[rows], places)[:, : placed.axes - 1].sum(axis=1)
+    mean, error = gain(before, after)
     if not mean > 2.0 * error:
-        note = "the range rate is not used: held-out positions are no likelier with it"
-        return placed, level, Used(notes=[note])
-    used = Used({"range_rate": sd}, {"range_rate": "given" if "range_rate" in given else "estimated"}, [], {})
+        return placed, level, Used(notes=["the range rate is not used: held-out positions are no likelier with it"])
+    used = Used({"range_rate": sd}, {"range_rate": "given" if "range_rate" in given else "estimated"})
     used.gains["range_rate"] = mean
     used.notes.append(
         f"the range rate is used: held-out positions are likelier by {mean:.2g} ± {error:.1g} a row; "
         "--no-velocity leaves it out"
     )
-    sources = [line | _figures(used) for line in level.sources]
-    return joined, replace(full, sources=sources), used
+    return joined, replace(full, sources=[line | _figures(used) for line in level.sources]), used
+
+
+def _range_rate(placed: Placed) -> np.ndarray:
+    """Of rows with a position."""
+    return np.where(np.isfinite(placed.plane[:, 0]), placed.rows["range_rate"].to_numpy(), np.nan)
+
+
+def _scatter(placed: Placed, rate: np.ndarray) -> float | None:
+    """The sd (m/s) of a range rate, from itself; None where there is too little of it."""
+    known = np.isfinite(rate)
+    if known.sum() < ENOUGH:
+        return None
+    part = np.cumsum(placed.new)[known]
+    starts, group = np.r_[True, np.diff(part) > 0], np.zeros(int(known.sum()), int)
+    sd = float(component_sd(placed.time[known], rate[known], starts, group, 1)[0])
+    return max(sd, LEAST) if np.isfinite(sd) else None
+
+
+def _appended(placed: Placed, level: NoiseLevel, rate: np.ndarray, sd: float) -> tuple[Placed, NoiseLevel]:
+    """A radar's measurements with their range rate.
+
+    A range rate tells the velocity along the line of sight, whose direction is known to the angle's sd. While the
+    velocity across it is not known, that makes an error of sd times velocity, which no linearisation shows: it is
+    added to the variance. After n rows in t seconds the velocity's sd is about √(12/n) · range · angle's sd / t.
+    """
+    joined = replace(placed, z=np.column_stack([placed.z, rate]), components=(*placed.components, "range_rate"))
+    angles = [column for column, name in enumerate(placed.components) if name in ("azimuth", "elevation")]
+    angle = np.sqrt(level.covariance[:, angles].sum(axis=1))
+    lengths = np.diff(placed.offsets)
+    first = np.repeat(placed.offsets[:-1], lengths)
+    count = np.arange(len(rate)) - first + 1.0
+    step = float(np.median(np.diff(placed.time)[~placed.new[1:]])) if len(rate) > lengths.size else 1.0
+    unknown = np.sqrt(12.0 / count) * np.nan_to_num(placed.z[:, 0]) * angle / np.maximum(placed.time, max(step, 1e-3))
+    variance = sd**2 + (CAUTIOUS * angle * np.minimum(unknown, UNKNOWN_SPEED)) ** 2
+    covariance = np.column_stack([level.covariance, variance])
+    return joined, NoiseLevel(covariance, level.typical | {"range_rate": sd}, level.sources)
 
 
 def as_the_filter_measures(placed: Placed, level: NoiseLevel, filter: Any) -> tuple[Placed, NoiseLevel]:
     """With the rates that the sensor of a user's filter has, where the table has them too."""
     wanted = tuple(getattr(next(iter(getattr(filter, "sensors", ())), None), "components", ()))
     if "range_rate" in wanted and "range_rate" in placed.rows.columns:
-        rate = np.where(np.isfinite(placed.plane[:, 0]), placed.rows["range_rate"].to_numpy(), np.nan)
-        return _appended(placed, level, rate, 1.0)
+        return _appended(placed, level, _range_rate(placed), 1.0)
     if "vx" in wanted and placed.components[0] != "range" and (rates := rates_of(placed)) is not None:
         if rates.way is not None:
             # a sensor of its own noise cannot say that it measures along the way alone
@@ -339,10 +399,3 @@ def as_the_filter_measures(placed: Placed, level: NoiseLevel, filter: Any) -> tu
         joined, covariance = _joined(placed, level.covariance, rates, {}, False)
         return joined, NoiseLevel(covariance, level.typical, level.sources)
     return placed, level
-
-
-def _appended(placed: Placed, level: NoiseLevel, rate: np.ndarray, sd: float) -> tuple[Placed, NoiseLevel]:
-    """A radar's measurements with their range rate."""
-    joined = replace(placed, z=np.column_stack([placed.z, rate]), components=(*placed.components, "range_rate"))
-    covariance = np.column_stack([level.covariance, np.full(len(rate), sd**2)])
-    return joined, NoiseLevel(covariance, level.typical | {"range_rate": sd}, level.sources)
