@@ -115,7 +115,7 @@ def sensor_of(components: Sequence[str], sd: Mapping[str, float]) -> Position | 
         return Polar(range_sd=sd["range"], azimuth_sd=sd["azimuth"], **extra)
     velocities = [name for name in components if name in VELOCITIES]
     axes = len(components) - len(velocities)
-    position = [sd["position"]] * 2 + [sd["altitude"]] * (axes - 2)
+    position = [sd["position"]] * 2 + ([sd["altitude"]] if axes > 2 else [])
     if velocities:
         velocity = [sd.get("velocity", 1.0)] * 2 + [sd.get("vertical_rate", 1.0)] * (axes - 2)
         return PositionVelocity(sd=position, velocity_sd=velocity, axes=axes)

@@ -118,10 +118,20 @@ class TrackRequest:
         str | None,
         typer.Option(
             metavar="SD",
-            help="Noise of the measurements: 25 (metres), position=25,altitude=10 or range=50,azimuth_deg=0.1. "
+            help="Noise of the measurements: 25 (metres), position=25,altitude=10 or range=50,azimuth_deg=0.1; "
+            "also velocity, vertical_rate and range_rate (m/s). "
             "Default: from columns of ADS-B accuracy, or else estimated from the data.",
         ),
     ] = None
+    no_velocity: Annotated[
+        bool,
+        typer.Option(
+            "--no-velocity",
+            help="Leave out reported speeds, courses, vertical rates and range rates. "
+            "Default: used where they make held-out positions likelier.",
+            **FLAG,
+        ),
+    ] = False
     threads: Annotated[int | None, typer.Option(metavar="N", help="Number of threads. Default: all cores.")] = None
     columns: Annotated[
         list[str] | None,
@@ -328,6 +338,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         drop_stale=not request.keep_stale,
         check=not request.no_check,
         threads=request.threads,
+        velocity=not request.no_velocity,
     )
     columns = parse_columns(request.columns)
     return Reading(

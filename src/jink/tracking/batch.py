@@ -62,6 +62,7 @@ def track(
     threads: int | None = None,
     details: bool = False,
     anonymous: bool | Mapping[str, Any] = False,
+    velocity: bool = True,
 ) -> Any:
     """Track every target in a DataFrame (the same kind comes back), a file, a pattern or several files.
 
@@ -78,7 +79,8 @@ def track(
     azimuth_from: "north" (clockwise) or "east" (counter-clockwise). gap: seconds without a position that begin a new
     part (0: never). anonymous: plots do not say whose they are; True, or any of detection, clutter, new_per_hour,
     drop_after, period and association by name (docs/plots-without-names.md). A table without identity, in which
-    several rows share a time, is tracked so by itself.
+    several rows share a time, is tracked so by itself. velocity: reported speeds, courses, vertical rates and range
+    rates are used where they make held-out positions likelier; False leaves them out.
     Raises InputError (a ValueError).
     """
     settings = Settings(
@@ -94,6 +96,7 @@ def track(
         drop_stale=drop_stale,
         check=check_coordinates,
         threads=threads,
+        velocity=velocity,
     )
     conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from)
     reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions)

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
+from ..io.rates import FASTEST
 from .held_out import gain, measured_places, position_scores
 from .noise_level import NoiseLevel
 from .placing import Placed
@@ -66,17 +67,18 @@ class Used:
 def rates_of(placed: Placed) -> Rates | None:
     """The reported velocities of rows with a position; None where there are none."""
     rows, count = placed.rows, placed.rows.height
-    known = np.isfinite(placed.plane[:, 0])
+    known = np.isfinite(placed.plane).all(axis=1)
 
     def column(name: str) -> np.ndarray:
         return np.where(known, rows[name].to_numpy(), np.nan) if name in rows.columns else np.full(count, np.nan)
 
     speed, course, slack, way = column("speed"), column("course"), np.zeros(count), None
+    speed = np.where(np.abs(speed) < FASTEST, speed, np.nan)
     east, north = column("velocity_x"), column("velocity_y")
     if not np.isfinite(east).any() and np.isfinite(course).any():
         east, north = speed * np.sin(course), speed * np.cos(course)
     if np.isfinite(east).any():
-        turned = placed.frame.convergence if isinstance(placed.frame, DevelopedFrame) else np.zeros(count)
+        turned = placed.frame.anchor_convergence if isinstance(placed.frame, DevelopedFrame) else np.zeros(count)
         cos, sin = np.cos(turned), np.sin(turned)
         east, north = east * cos - north * sin, east * sin + north * cos
     elif np.isfinite(speed).any():
@@ -98,7 +100,7 @@ def _fresh(report: np.ndarray, new: np.ndarray) -> np.ndarray:
 
 def _way(placed: Placed, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors (N, 2) along which the last positions lead, and what their error makes of the speed (m/s)."""
-    rows = np.flatnonzero(np.isfinite(placed.plane[:, 0]))
+    rows = np.flatnonzero(np.isfinite(placed.plane).all(axis=1))
     part = np.cumsum(placed.new)[rows]
     plane, time = placed.plane[rows], placed.time[rows]
     noise = 1.5 * _roughness(placed)
@@ -118,7 +120,7 @@ def _way(placed: Placed, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _roughness(placed: Placed) -> float:
     """About how far a measured position is off (m)."""
-    known = np.isfinite(placed.plane[:, 0])
+    known = np.isfinite(placed.plane).all(axis=1)
     new = np.r_[True, np.diff(np.cumsum(placed.new)[known]) > 0] if known.any() else np.zeros(0, bool)
     group = np.zeros(int(known.sum()), int)
     sds = [component_sd(placed.time[known], placed.plane[known, axis], new, group, 1)[0] for axis in (0, 1)]
@@ -143,6 +145,8 @@ def with_rates(
     places = measured_places(some, covariance)
     before = position_scores(plain, some, covariance, places)
     sds = _sds(plain, some, reports, covariance, given)
+    if not sds:
+        return placed, level, Used()
     try:
         best = _search(some, covariance, reports, sds, given, level, choose, before, places)
     except InputError as error:
@@ -229,7 +233,7 @@ def _decided(
 def _figures(used: Used) -> dict[str, Any]:
     figures: dict[str, Any] = {}
     for name, sd in used.sd.items():
-        figures |= {f"{name}_sd": sd, f"{name}_sd_from": used.origin[name]}
+        figures |= {f"{name}_sd": float(sd), f"{name}_sd_from": used.origin[name]}
     return figures
 
 
@@ -275,17 +279,13 @@ def _joined(
 
 def _contradicted(placed: Placed, rates: Rates, sds: Mapping[str, float]) -> np.ndarray:
     """Rows whose reported velocity is far from the motion that their positions show."""
-    known = np.isfinite(placed.plane[:, 0])
+    known = np.isfinite(placed.plane).all(axis=1)
     part = np.cumsum(placed.new)[known]
     starts = np.r_[True, np.diff(part) > 0] if part.size else np.zeros(0, bool)
     rough = np.full((placed.rows.height, 2), np.nan)
     rough[known] = rough_velocity(placed.time[known], placed.plane[known], starts)
     error = rates.velocity[:, :2] - rough
-    if rates.way is not None:
-        error = error.sum(axis=1, where=np.isfinite(error), keepdims=True) * 0.0 + np.abs(
-            (error * np.nan_to_num(rates.way)).sum(axis=1, keepdims=True)
-        )
-    off = np.hypot(*error.T) if error.shape[1] == 2 else error[:, 0]
+    off = np.hypot(*error.T) if rates.way is None else np.abs((error * rates.way).sum(axis=1))
     usual = MEDIAN * np.nanmedian(off) if np.isfinite(off).any() else 0.0
     return off > FAR * max(usual, sds.get("velocity", 0.0))
 
@@ -353,7 +353,7 @@ def _with_range_rate(
 
 def _range_rate(placed: Placed) -> np.ndarray:
     """Of rows with a position."""
-    return np.where(np.isfinite(placed.plane[:, 0]), placed.rows["range_rate"].to_numpy(), np.nan)
+    return np.where(np.isfinite(placed.plane).all(axis=1), placed.rows["range_rate"].to_numpy(), np.nan)
 
 
 def _scatter(placed: Placed, rate: np.ndarray) -> float | None:
