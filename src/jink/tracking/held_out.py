@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,9 @@ import numpy as np
 from ..models.observed import to_positions
 from .placing import Placed
 
+# makes a filter of measured components and their typical sds
+Choose = Callable[[tuple[str, ...], Mapping[str, float]], Any]
+WORTH = 2e-3  # what positions have to gain in a row for a rate to be used
 SETTLED = 5  # rows of a part before its predictions count
 OUTLIER, SPREAD = 0.01, 1e4  # share of positions that are wrong, and how far they lie (m): one alone decides nothing
 BLOCK = 50  # rows that count as one when the standard error is told: neighbours are alike
@@ -92,3 +97,29 @@ def measured_places(placed: Placed, covariance: np.ndarray) -> tuple[np.ndarray,
         jacobian[:, :, column] = (to_positions(moved, names, (0.0, 0.0, 0.0), "north") - position) / step[:, None]
     variance = covariance[:, :axes]
     return position, np.einsum("nij,nj,nkj->nik", jacobian, variance, jacobian)
+
+
+@dataclass
+class Used:
+    """What was found of rates: the sds of those that are used (m/s), and sentences for the summary."""
+
+    sd: dict[str, float] = field(default_factory=dict)
+    origin: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    gains: dict[str, float] = field(default_factory=dict)
+
+    def figures(self) -> dict[str, Any]:
+        """For the lines of the summary on noise."""
+        sources = {f"{name}_sd_from": self.origin[name] for name in self.sd}
+        return {f"{name}_sd": float(sd) for name, sd in self.sd.items()} | sources
+
+
+def sample_of(placed: Placed, most: int) -> slice:
+    """Whole parts from the middle of the table, as many rows as decide; of a long part its first rows."""
+    offsets = placed.offsets
+    if offsets[-1] <= most:
+        return slice(0, int(offsets[-1]))
+    first = int(np.searchsorted(offsets, (offsets[-1] - most) // 2, side="right")) - 1
+    begin = int(offsets[first])
+    last = int(np.searchsorted(offsets, begin + most, side="right")) - 1
+    return slice(begin, int(offsets[last]) if last > first else begin + most)

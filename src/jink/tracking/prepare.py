@@ -18,10 +18,11 @@ from ..catalogue.targets import kind_of
 from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.measurements import Measurements
+from . import range_rate, velocity_use
 from .cleaning import Cleaned, Cleaning, changes, clean
+from .held_out import Used
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
-from .reported import Used, as_the_filter_measures, with_rates
 
 
 @dataclass(frozen=True)
@@ -109,13 +110,14 @@ def prepare(measurements: Measurements, settings: Settings) -> Prepared:
 def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
     level = noise_levels(placed, settings.sensor_sd, settings.kind)
     named = settings.filter is None or isinstance(settings.filter, str)
-    used = Used()
+    polar, used = placed.components[0] == "range", Used()
     if named and settings.velocity:
-        placed, level, used = with_rates(
+        use = range_rate.with_range_rate if polar else velocity_use.with_velocity
+        placed, level, used = use(
             placed, level, settings.sensor_sd, lambda names, sd: choose(names, sd, pace, settings)[1]
         )
     elif not named:
-        placed, level = as_the_filter_measures(placed, level, settings.filter)
+        placed, level = _as_measured(placed, level, settings.filter)
     purpose, filter = choose(placed.components, level.typical, pace, settings)
     covariance = None
     # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
@@ -125,6 +127,16 @@ def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
     elif settings.sensor_sd:
         covariance = level.covariance
     return Group(placed, level, purpose, filter, covariance, used)
+
+
+def _as_measured(placed: Placed, level: NoiseLevel, filter: Any) -> tuple[Placed, NoiseLevel]:
+    """With the rates that the sensor of a user's filter has, where the table has them too."""
+    wanted = getattr(next(iter(getattr(filter, "sensors", ())), None), "components", ())
+    if "range_rate" in wanted and placed.components[0] == "range":
+        return range_rate.as_measured(placed, level)
+    if "vx" in wanted and placed.components[0] != "range":
+        return velocity_use.as_measured(placed, level)
+    return placed, level
 
 
 def choose(components: Sequence[str], sd: Mapping[str, float], pace: Pace, settings: Settings) -> tuple[Purpose, Any]:
