@@ -16,7 +16,6 @@ from .placing import Placed
 from .scatter import MEDIAN, component_sd, rough_velocity
 
 FAR = 6.0  # sds from the motion that positions show: such a report is wrong
-TURN = 0.05  # rad/s: a target may turn so while its last positions tell its way
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,7 @@ def _way(placed: Placed, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors (N, 2) along which the last positions lead, and what their error makes of the speed (m/s)."""
     rows = np.flatnonzero(np.isfinite(placed.plane).all(axis=1))
     part = np.cumsum(placed.new)[rows]
-    plane, time = placed.plane[rows], placed.time[rows]
+    plane = placed.plane[rows]
     noise = 1.5 * _roughness(placed)
     steps = np.hypot(*np.diff(plane, axis=0).T)[np.diff(part) == 0]
     usual = float(np.median(steps)) if steps.size else 0.0
@@ -87,7 +86,10 @@ def _way(placed: Placed, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     good = (part == part[before]) & (before < np.arange(rows.size)) & (length > 10.0 * noise)
     way, slack = np.full((placed.rows.height, 2), np.nan), np.zeros(placed.rows.height)
     way[rows[good]] = moved[good] / length[good][:, None]
-    angle = (noise / length[good]) ** 2 + (0.5 * TURN * (time - time[before])[good]) ** 2
+    # in a turn the way lags behind by half of what it turned since the positions that it begins with
+    turned = np.full(rows.size, 1.0)
+    turned[good] = 1.0 - np.clip((way[rows[good]] * way[rows[before[good]]]).sum(axis=1), 0.0, 1.0)
+    angle = (noise / length[good]) ** 2 + 0.5 * np.nan_to_num(turned[good], nan=1.0)
     slack[rows[good]] = 0.5 * np.nan_to_num(speed[rows[good]]) * np.minimum(angle, 1.0)
     return way, slack
 
