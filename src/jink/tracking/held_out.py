@@ -16,7 +16,9 @@ Choose = Callable[[tuple[str, ...], Mapping[str, float]], Any]
 WORTH = 2e-3  # what positions have to gain in a row for a rate to be used
 SETTLED = 5  # rows of a part before its predictions count
 OUTLIER, SPREAD = 0.01, 1e4  # share of positions that are wrong, and how far they lie (m): one alone decides nothing
-BLOCK = 50  # rows that count as one when the standard error is told: neighbours are alike
+BLOCK = 50  # rows that count as one when the standard error of a few parts is told: neighbours are alike
+FEW = 5  # parts, or blocks, below which rows count by themselves
+PIECES = 40  # parts that a sample is taken from
 STEP = 1e-6
 
 
@@ -68,17 +70,23 @@ def _log_density(error: np.ndarray, spread: np.ndarray) -> np.ndarray:
     return out
 
 
-def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
-    """What `after` has more than `before` in a row, and its standard error over blocks of rows."""
+def gain(before: np.ndarray, after: np.ndarray, part: np.ndarray) -> tuple[float, float]:
+    """What `after` has more than `before` in a row, and its standard error over parts, or blocks of few parts.
+
+    part (N,): number of each row's part.
+    """
     difference = after - before
-    difference = difference[np.isfinite(difference)]
+    known = np.isfinite(difference)
+    difference, part = difference[known], part[known]
     if not difference.size:
         return 0.0, np.inf
-    starts = np.arange(0, difference.size, BLOCK)
-    if starts.size < 4:
+    unit = part if np.unique(part).size >= FEW else np.arange(difference.size) // BLOCK
+    _, unit, count = np.unique(unit, return_inverse=True, return_counts=True)
+    if count.size < FEW:
         return float(difference.mean()), float(difference.std() / np.sqrt(difference.size))
-    blocks = np.add.reduceat(difference, starts) / np.diff(np.r_[starts, difference.size])
-    return float(difference.mean()), float(blocks.std() / np.sqrt(starts.size))
+    mean = float(difference.mean())
+    excess = np.bincount(unit, weights=difference - mean)
+    return mean, float(np.sqrt((excess**2).sum()) / difference.size)
 
 
 def measured_places(placed: Placed, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -101,25 +109,40 @@ def measured_places(placed: Placed, covariance: np.ndarray) -> tuple[np.ndarray,
 
 @dataclass
 class Used:
-    """What was found of rates: the sds of those that are used (m/s), and sentences for the summary."""
+    """What was found of rates: the sds of those that are used (m/s), and sentences for the summary.
+
+    fresh_only: those whose repeated reports are left out.
+    """
 
     sd: dict[str, float] = field(default_factory=dict)
     origin: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     gains: dict[str, float] = field(default_factory=dict)
+    fresh_only: frozenset[str] = frozenset()
 
     def figures(self) -> dict[str, Any]:
         """For the lines of the summary on noise."""
-        sources = {f"{name}_sd_from": self.origin[name] for name in self.sd}
+        sources: dict[str, Any] = {f"{name}_sd_from": self.origin[name] for name in self.sd}
         return {f"{name}_sd": float(sd) for name, sd in self.sd.items()} | sources
 
 
-def sample_of(placed: Placed, most: int) -> slice:
-    """Whole parts from the middle of the table, as many rows as decide; of a long part its first rows."""
+def sample_of(placed: Placed, most: int) -> tuple[Placed, np.ndarray]:
+    """Pieces of parts from all over the table, some `most` rows; and which rows they are.
+
+    From each part come as many rows in a row: its first ones, those in its middle or its last ones, in turn.
+    """
     offsets = placed.offsets
     if offsets[-1] <= most:
-        return slice(0, int(offsets[-1]))
-    first = int(np.searchsorted(offsets, (offsets[-1] - most) // 2, side="right")) - 1
-    begin = int(offsets[first])
-    last = int(np.searchsorted(offsets, begin + most, side="right")) - 1
-    return slice(begin, int(offsets[last]) if last > first else begin + most)
+        return placed, np.arange(offsets[-1])
+    count = min(offsets.size - 1, PIECES)
+    parts = np.unique(np.linspace(0, offsets.size - 2, count).round().astype(int))
+    length = most // parts.size
+    pieces = []
+    for number, part in enumerate(parts):
+        spare = max(int(offsets[part + 1] - offsets[part]) - length, 0)
+        begin = int(offsets[part]) + spare * (number % 3) // 2
+        pieces.append(np.arange(begin, min(begin + length, int(offsets[part + 1]))))
+    rows = np.concatenate(pieces)
+    some = placed.some(rows)
+    some.new[np.cumsum([0, *map(len, pieces[:-1])])] = True
+    return some, rows

@@ -30,8 +30,8 @@ def with_range_rate(
     if sd is None:
         return placed, level, Used(notes=["the range rate is not used: its noise could not be estimated"])
     joined, full = _appended(placed, level, rate, sd)
-    rows = sample_of(placed, SAMPLE)
-    some = placed.some(rows)
+    some, rows = sample_of(placed, SAMPLE)
+    both = replace(some, z=joined.z[rows], components=joined.components)
     try:
         plain = choose(placed.components, level.typical)
         filter = choose(joined.components, full.typical)
@@ -41,8 +41,8 @@ def with_range_rate(
         return placed, level, Used(notes=["the range rate is not used: this filter counts rows"])
     places = measured_places(some, level.covariance[rows])
     before = position_scores(plain, some, level.covariance[rows], places)[:, : placed.axes - 1].sum(axis=1)
-    after = position_scores(filter, joined.some(rows), full.covariance[rows], places)[:, : placed.axes - 1].sum(axis=1)
-    mean, error = gain(before, after)
+    after = position_scores(filter, both, full.covariance[rows], places)[:, : placed.axes - 1].sum(axis=1)
+    mean, error = gain(before, after, np.cumsum(some.new))
     if not mean > max(2.0 * error, WORTH):
         return placed, level, Used(notes=["the range rate is not used: held-out positions are no likelier with it"])
     used = Used({"range_rate": sd}, {"range_rate": "given" if "range_rate" in given else "estimated"})

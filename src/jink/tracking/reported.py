@@ -31,7 +31,7 @@ class Rates:
     slack: np.ndarray
     fresh: np.ndarray
 
-    def some(self, rows: slice) -> Rates:
+    def some(self, rows: np.ndarray) -> Rates:
         """Rows of it."""
         way = None if self.way is None else self.way[rows]
         return Rates(self.velocity[rows], way, self.slack[rows], self.fresh[rows])

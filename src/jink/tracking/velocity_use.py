@@ -36,9 +36,8 @@ def with_velocity(
     rates = rates_of(placed)
     if rates is None:
         return placed, level, Used()
-    sample = sample_of(placed, SAMPLE)
-    some, reports = placed.some(sample), rates.some(sample)
-    covariance = level.covariance[sample]
+    some, rows = sample_of(placed, SAMPLE)
+    reports, covariance = rates.some(rows), level.covariance[rows]
     plain = choose(placed.components, level.typical)
     if getattr(plain, "counts_rows", False) or not hasattr(plain, "smooth"):
         return placed, level, Used(notes=["reported velocities are not used: this filter counts rows"])
@@ -82,6 +81,7 @@ def _search(
 ) -> dict[str, Tried]:
     """The best way to use each rate. Errors of reports last over many rows: some multiple of their sd does best."""
     best = {name: Tried(sd, True) for name, sd in sds.items()}
+    part = np.cumsum(placed.new)
     repeats = bool(np.mean(rates.fresh) < FEW_REPEATS)
     scales = [scale for scale in SCALES if scale == 1.0 or not set(sds) <= set(given)]
     for scale, fresh_only in [*((scale, True) for scale in scales), *([(0.0, False)] if repeats else [])]:
@@ -93,7 +93,7 @@ def _search(
         after = position_scores(choose(tried.components, level.typical | tried_sd), tried, noise, places)
         for column, name in enumerate(("velocity", "vertical_rate")):
             if name in sds:
-                found = Tried(tried_sd[name], fresh_only, *gain(before[:, column], after[:, column]))
+                found = Tried(tried_sd[name], fresh_only, *gain(before[:, column], after[:, column], part))
                 best[name] = max(best[name], found, key=lambda each: each.sure)
     return best
 
@@ -108,31 +108,35 @@ def _decided(
 ) -> tuple[Placed, NoiseLevel, Used]:
     """With the rates that help; what was decided, in words."""
     used = Used(notes=notes)
-    velocity = rates.velocity.copy()
-    for name, columns in (("velocity", slice(0, 2)), ("vertical_rate", slice(2, 3))):
-        if name not in best:
-            velocity[:, columns] = np.nan
-            continue
-        way = best[name]
+    for name, way in best.items():
         what = "the reported " + name.replace("_", " ")
         if not (way.sure > 0.0 and way.gain > WORTH):
-            velocity[:, columns] = np.nan
             used.notes.append(f"{what} is not used: held-out positions are no likelier with it")
             continue
         used.sd[name], used.gains[name] = way.sd, way.gain
         used.origin[name] = "given" if name in given else "estimated"
-        if way.fresh_only:
-            velocity[~rates.fresh, columns] = np.nan
+        used.fresh_only |= {name} if way.fresh_only else set()
         only = "; repeated reports are left out" if way.fresh_only and not rates.fresh.all() else ""
         used.notes.append(
             f"{what} is used: held-out positions are likelier by {way.gain:.2g} ± {way.error:.1g} a row{only}; "
             "--no-velocity leaves it out"
         )
+    return *as_decided(placed, level, rates, used), used
+
+
+def as_decided(placed: Placed, level: NoiseLevel, rates: Rates, used: Used) -> tuple[Placed, NoiseLevel]:
+    """Measurements with the rates that are used, and their noise with it."""
     if not used.sd:
-        return placed, level, used
+        return placed, level
+    velocity = rates.velocity.copy()
+    for name, columns in (("velocity", slice(0, 2)), ("vertical_rate", slice(2, 3))):
+        if name not in used.sd:
+            velocity[:, columns] = np.nan
+        elif name in used.fresh_only:
+            velocity[~rates.fresh, columns] = np.nan
     both, covariance = joined(placed, level.covariance, replace(rates, velocity=velocity), used.sd, False)
     sources = [line | used.figures() for line in level.sources]
-    return both, NoiseLevel(covariance, level.typical | used.sd, sources), used
+    return both, NoiseLevel(covariance, level.typical | used.sd, sources)
 
 
 def _sds(
