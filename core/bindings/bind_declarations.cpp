@@ -100,12 +100,12 @@ void bind_parts(nb::module_ &module) {
         .def(
             "__init__",
             [](SensorDeclaration *self, SensorKind kind, int axes, int rows, const Vector &noise, const Vector &log_extent, bool correlated,
-               Vertical vertical, bool range_rate, bool from_north, bool converted, std::array<double, 3> site) {
-                const SensorSpec spec{kind, axes, rows, vertical, range_rate, from_north, correlated, {site[0], site[1], site[2]}};
+               Vertical vertical, bool range_rate, bool from_north, bool converted, std::array<double, 3> site, double radius) {
+                const SensorSpec spec{kind, axes, rows, vertical, range_rate, from_north, correlated, {site[0], site[1], site[2]}, radius};
                 new (self) SensorDeclaration{spec, converted, noise, log_extent};
             },
             nb::kw_only(), "kind"_a, "axes"_a, "rows"_a, "noise"_a, "log_extent"_a, "correlated"_a = false, "vertical"_a = Vertical::none,
-            "range_rate"_a = false, "from_north"_a = true, "converted"_a = false, "site"_a = std::array<double, 3>{})
+            "range_rate"_a = false, "from_north"_a = true, "converted"_a = false, "site"_a = std::array<double, 3>{}, "radius"_a = 0.0)
         .def_prop_ro("kind", [](const SensorDeclaration &s) { return s.spec.kind; })
         .def_prop_ro("axes", [](const SensorDeclaration &s) { return s.spec.axes; })
         .def_prop_ro("rows", [](const SensorDeclaration &s) { return s.spec.rows; })
@@ -114,6 +114,7 @@ void bind_parts(nb::module_ &module) {
         .def_prop_ro("range_rate", [](const SensorDeclaration &s) { return s.spec.range_rate; })
         .def_prop_ro("from_north", [](const SensorDeclaration &s) { return s.spec.from_north; })
         .def_prop_ro("site", [](const SensorDeclaration &s) { return std::array<double, 3>{s.spec.site[0], s.spec.site[1], s.spec.site[2]}; })
+        .def_prop_ro("radius", [](const SensorDeclaration &s) { return s.spec.radius; })
         .def_ro("converted", &SensorDeclaration::converted)
         .def_ro("noise", &SensorDeclaration::noise)
         .def_ro("log_extent", &SensorDeclaration::log_extent);

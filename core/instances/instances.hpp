@@ -15,8 +15,7 @@
     WHERE template void Propagate<T>::merge_pairs();                                                \
     WHERE template Step<T>::Step(const Composition<T> &);                                           \
     WHERE template Outcome<T> Step<T>::step(TrackState<T> &, const Scan<T> &, int);                 \
-    WHERE template Combine<T>::Combine(const Composition<T> &);                                     \
-    WHERE template void Combine<T>::operator()(const T *, const T *, T *, T *);
+    WHERE template Combine<T>::Combine(const Composition<T> &);
 
 #define JINK_AID(WHERE, T)                                                                                               \
     WHERE template Aid<T>::Aid(const Composition<T> &);                                                                  \
@@ -26,6 +25,7 @@
 #define JINK_SMOOTH(WHERE, T)                                             \
     WHERE template Smooth<T>::Smooth(const Composition<T> &);             \
     WHERE template void Smooth<T>::last(const Record<T> &);               \
+    WHERE template void Smooth<T>::last(const Record<T> &, Mask<T>);      \
     WHERE template void Smooth<T>::step(const Record<T> &, const Record<T> &);
 
 namespace jink::inline JINK_LEVEL {

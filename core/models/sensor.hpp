@@ -19,6 +19,7 @@ struct SensorSpec {
     bool from_north;          // azimuth clockwise from +y, else counter-clockwise from +x
     bool correlated;          // the measurement noise is a full matrix
     double site[3];
+    double radius;            // polar: of the sphere that heights are above, touching the plane z = 0 at the origin; 0: the plane
 
     bool linear() const { return kind == SensorKind::position || kind == SensorKind::position_velocity; }
     bool is_angle(int row) const {
@@ -37,6 +38,20 @@ template <class T> struct Measurement {
 
 // At the site itself azimuth and range rate are undefined. Their slopes are bounded as if the target were this far, in metres.
 inline constexpr double nearest = 1e-6;
+
+// How high a point is above that sphere: sqrt(x² + y² + (R + z)²) - R, written without the difference of two large numbers.
+template <class T> JINK_INLINE T height_above(const SensorSpec &s, T x, T y, T z) {
+    if (!(s.radius > 0.0)) return z;
+    const T excess = x * x + y * y + z * (z + 2.0 * s.radius);
+    return excess / (square_root(excess + s.radius * s.radius) + s.radius);
+}
+
+// The way back: z of a point at x, y that is so high.
+template <class T> JINK_INLINE T below_height(const SensorSpec &s, T x, T y, T height) {
+    if (!(s.radius > 0.0)) return height;
+    const T excess = height * (height + 2.0 * s.radius) - x * x - y * y;
+    return excess / (square_root(larger<T>(excess + s.radius * s.radius, splat<T>(0.0))) + s.radius);
+}
 
 // h(x) for a state whose axes are `block` components apart.
 template <class T> JINK_INLINE void observe(const SensorSpec &s, int block, int n, const T *x, T *h) {
@@ -57,7 +72,7 @@ template <class T> JINK_INLINE void observe(const SensorSpec &s, int block, int 
     int r = 2;
     h[0] = range, h[1] = azimuth;
     if (s.vertical == Vertical::elevation) h[r++] = arc_tangent(dz, ground);
-    if (s.vertical == Vertical::height && n > 2 * block + 1) h[r++] = x[2 * block];
+    if (s.vertical == Vertical::height && n > 2 * block + 1) h[r++] = height_above<T>(s, x[0], x[block], x[2 * block]);
     if (s.range_rate) {
         T closing = dx * x[1] + dy * x[block + 1];
         if (s.axes == 3 && n > 2 * block + 1) closing = closing + dz * x[2 * block + 1];
@@ -90,7 +105,15 @@ template <class T> JINK_INLINE void observe_jacobian(const SensorSpec &s, int bl
         T *row = H + n * r++;
         row[0] = -(dx * dz) / (ground * range2), row[block] = -(dy * dz) / (ground * range2), row[2 * block] = ground / range2;
     }
-    if (s.vertical == Vertical::height) H[n * r++ + 2 * block] = one;
+    if (s.vertical == Vertical::height) {
+        T *row = H + n * r++;
+        row[2 * block] = one;
+        if (s.radius > 0.0) {  // the direction away from the sphere's centre
+            const T px = x[0], py = x[block], up = x[2 * block] + s.radius;
+            const T over = 1.0 / square_root(px * px + py * py + up * up);
+            row[0] = px * over, row[block] = py * over, row[2 * block] = up * over;
+        }
+    }
     if (s.range_rate) {
         T *row = H + n * r;
         T rate = zero;
@@ -113,6 +136,20 @@ template <class T> struct Fix {
     T p[3], v[3], P[6], V[6];      // covariances packed; V only where the velocity was measured
 };
 
+// z of a slant range, azimuth and height: over a sphere the place decides it, and it decides the place.
+template <class T> inline T sphere_under(const SensorSpec &s, const Measurement<T> &m) {
+    T z = m.z[2];
+    if (!(s.radius > 0.0)) return z;
+    T sine, cosine;
+    sine_cosine(m.z[1], sine, cosine);
+    const T east = s.from_north ? sine : cosine, north = s.from_north ? cosine : sine;
+    for (int k = 0; k < 4; ++k) {  // each step is (range / radius)² closer
+        const T dz = z - s.site[2], ground = square_root(larger<T>(m.z[0] * m.z[0] - dz * dz, splat<T>(0.0)));
+        z = below_height<T>(s, ground * east + s.site[0], ground * north + s.site[1], m.z[2]);
+    }
+    return z;
+}
+
 // The measured position in Cartesian coordinates, without bias: the mean is divided by exp(-var/2) of each angle, the covariance
 // conditioned on the measurement. Written along and across the measured azimuth with expm1, so that the squares of the range,
 // which the covariance does not depend on in the first order, never meet.
@@ -120,10 +157,11 @@ template <class T> struct Fix {
 template <class T> inline void unbiased_polar(const SensorSpec &s, const Measurement<T> &m, Fix<T> &fix) {
     const auto variance = [&](int r) { return m.full ? m.R[packed(r, r)] : m.R[r]; };
     const bool spatial = s.vertical == Vertical::elevation;
-    T range = m.z[0], range_variance = variance(0), sheared = splat<T>(0.0);
+    T range = m.z[0], range_variance = variance(0), sheared = splat<T>(0.0), up_to = splat<T>(0.0);
     const T v = variance(1), w = spatial ? variance(2) : splat<T>(0.0);
     if (s.vertical == Vertical::height) {  // ground range from slant range and height; an error of the height shears it
-        const T dz = m.z[2] - s.site[2], ground2 = larger<T>(range * range - dz * dz, splat<T>(1.0));
+        up_to = sphere_under(s, m);
+        const T dz = up_to - s.site[2], ground2 = larger<T>(range * range - dz * dz, splat<T>(1.0));
         range_variance = (range * range * range_variance + dz * dz * variance(2)) / ground2;
         range = square_root(ground2);
         sheared = -(dz / range) * variance(2);
@@ -146,7 +184,7 @@ template <class T> inline void unbiased_polar(const SensorSpec &s, const Measure
     fix.P[packed(n, n)] = along * sa * sa + across * ca * ca;
     fix.P[packed(1, 0)] = (along - across) * sa * ca;
     if (s.axes == 3) {
-        fix.p[2] = spatial ? range * se / le + s.site[2] : m.z[2];
+        fix.p[2] = spatial ? range * se / le + s.site[2] : up_to;
         fix.P[packed(2, c)] = slope * ca, fix.P[packed(2, n)] = slope * sa;
         fix.P[packed(2, 2)] = spatial ? up : variance(2);
     }

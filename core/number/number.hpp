@@ -65,10 +65,16 @@ JINK_INLINE bool any(bool mask) { return mask; }
 JINK_INLINE bool all(bool mask) { return mask; }
 
 JINK_INLINE bool any(PackMask mask) {
+#if defined(__AVX512F__) && JINK_LANES == 8
+    return _mm512_test_epi64_mask((__m512i)mask, (__m512i)mask) != 0;
+#elif defined(__AVX__) && JINK_LANES == 4
+    return !_mm256_testz_si256((__m256i)mask, (__m256i)mask);
+#else
     std::int64_t seen = 0;
     JINK_UNROLL
     for (int l = 0; l < lanes; ++l) seen |= mask[l];
     return seen != 0;
+#endif
 }
 JINK_INLINE bool all(PackMask mask) { return !any(~mask); }
 

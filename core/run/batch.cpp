@@ -24,7 +24,8 @@ class Runner {
         if (smoothing && records.size() < std::size_t(longest)) records.resize(longest);
         for (std::int64_t from = 0; from < longest; from += block) forward(from, int(std::min<std::int64_t>(block, longest - from)));
         rows.verify(tracks, used);
-        if (smoothing) backward(longest);
+        if (smoothing && !in.until) backward(longest);
+        else if (smoothing) lagged(longest);
         if (out.log_likelihood)
             for (int l = 0; l < used; ++l) out.log_likelihood[tracks[l]] = total[l];
     }
@@ -85,6 +86,29 @@ class Runner {
 
     void scatter_estimates(std::int64_t from, int scans) {
         for (const Column *column : {&x, &P, &mu}) column->scatter(rows.span, from, scans);
+    }
+
+    // Of every scan an estimate from the rows up to in.until: each goes back from there by itself.
+    void lagged(std::int64_t longest) {
+        Smooth<Pack> smooth(c);
+        for (std::int64_t k = 0; k < longest; ++k) {
+            std::int64_t until[lanes], last = k;
+            for (int l = 0; l < lanes; ++l) {
+                const std::int64_t first = rows.span.start[l];
+                until[l] = k < rows.span.count[l] ? in.until[first + k] - first : k;
+                last = std::max(last, until[l]);
+            }
+            smooth.last(records[last]);
+            for (std::int64_t j = last - 1; j >= k; --j) {
+                smooth.step(records[j], records[j + 1]);
+                Mask<Pack> begin;
+                for (int l = 0; l < lanes; ++l) set_lane(begin, l, until[l] == j);
+                if (any(begin)) smooth.last(records[j], begin);
+            }
+            const std::int64_t from = k / block * block;
+            estimate(int(k - from), smooth.arena.data(), smooth.probability.data(), records[k].started, {});
+            if (k == from + block - 1 || k == longest - 1) scatter_estimates(from, int(k - from + 1));
+        }
     }
 
     void backward(std::int64_t longest) {

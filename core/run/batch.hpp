@@ -16,6 +16,7 @@ struct BatchInput {
     bool full_noise = false;
     const double *input = nullptr;   // per row: axes
     const double *prior_x = nullptr, *prior_P = nullptr;  // per track, in the reported components
+    const std::int64_t *until = nullptr;  // smoothing with a lag: per row, the last row of its track that it uses
 };
 
 // Where results go; null where not wanted.

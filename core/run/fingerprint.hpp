@@ -20,6 +20,7 @@ inline void digest(Digest &to, const SensorDeclaration &d) {
     const SensorSpec &s = d.spec;
     for (const int value : {int(s.kind), s.axes, s.rows, int(s.vertical), int(s.range_rate), int(s.from_north), int(s.correlated), int(d.converted)}) to.number(value);
     for (const double value : s.site) to.number(value);
+    to.number(s.radius);
     to.numbers(d.noise), to.numbers(d.log_extent);
 }
 

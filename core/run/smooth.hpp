@@ -27,6 +27,9 @@ template <class T> class Smooth {
 
     void last(const Record<T> &record);
 
+    // The same in some lanes, while the others go on.
+    void last(const Record<T> &record, Mask<T> lanes_of_it);
+
     // From the scan after, back to this one.
     void step(const Record<T> &now, const Record<T> &after);
 
@@ -267,6 +270,12 @@ Smooth<T>::Smooth(const Composition<T> &composition)
 template <class T> void Smooth<T>::last(const Record<T> &record) {
     arena = record.arena, probability = record.probability;
     for (auto &m : messages) m.clear();
+}
+
+template <class T> void Smooth<T>::last(const Record<T> &record, Mask<T> lanes_of_it) {
+    for (std::size_t k = 0; k < arena.size(); ++k) arena[k] = select<T>(lanes_of_it, record.arena[k], arena[k]);
+    for (std::size_t k = 0; k < probability.size(); ++k) probability[k] = select<T>(lanes_of_it, record.probability[k], probability[k]);
+    for (auto &m : messages) m.keep(inverse(lanes_of_it));
 }
 
 template <class T> void Smooth<T>::step(const Record<T> &now, const Record<T> &after) {

@@ -87,7 +87,7 @@ template <class T> Combine<T>::Combine(const Composition<T> &composition) : c(co
     mean.resize(c.count), covariance.resize(c.count);
 }
 
-template <class T> void Combine<T>::operator()(const T *arena, const T *probability, T *x, T *P) {
+template <class T> inline void Combine<T>::operator()(const T *arena, const T *probability, T *x, T *P) {
     if (c.count == 1 && !c.derived) {
         const T *from = arena + c.modes[0].place;
         for (int i = 0; i < n; ++i) x[i] = from[i];

@@ -80,7 +80,7 @@ template <class T> class VariableDimension {
             out[packed(at + 2, at + 1)] = over * (4.0 * over * over * (r + P11) + 2.0 * P22 + 6.0 * over * P12);
             out[packed(at + 2, at + 2)] = 4.0 * over * over * over * over * (r + P11 + 2.0 * dt * P12 + dt * dt * P22);
         }
-        SensorSpec spec{SensorKind::position, A, A, Vertical::none, false, false, true, {0.0, 0.0, 0.0}};
+        SensorSpec spec{SensorKind::position, A, A, Vertical::none, false, false, true, {0.0, 0.0, 0.0}, 0.0};
         for (int e = window - 1; e >= 0; --e) {
             const T *now = entries + e * size;
             T coefficient[largest_coefficients];

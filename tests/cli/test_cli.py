@@ -61,6 +61,24 @@ def test_tracks_rejected_rows_and_a_summary_come_out(flight, tmp_path):
         assert piece in said, piece
 
 
+def test_a_lag_lies_between_filtering_and_smoothing(flight, tmp_path):
+    out = {}
+    runs = {"filter": (), "lag": ("--lag", "2"), "seconds": ("--lag", "1000000s"), "all": ("--smooth",)}
+    for name, options in runs.items():
+        status, said, _ = run(flight, "-o", tmp_path / f"{name}.parquet", *options)
+        assert status == 0 and ("with a lag of 2 scans" in said) == (name == "lag")
+        out[name] = pl.read_parquet(tmp_path / f"{name}.parquet")
+    assert out["seconds"].equals(out["all"])
+    spread = {name: table["speed_sd"].mean() for name, table in out.items()}
+    assert spread["all"] < spread["lag"] < spread["filter"]
+
+
+@pytest.mark.parametrize("options", [("--lag", "1.5"), ("--lag", "-1"), ("--lag", "x"), ("--lag", "2", "--smooth")])
+def test_a_wrong_lag_is_refused(flight, tmp_path, options):
+    status, _, said = run(flight, "-o", tmp_path / "t.parquet", *options)
+    assert status == 2 and "lag is" in said and not (tmp_path / "t.parquet").exists()
+
+
 @pytest.mark.parametrize("name", ["t.csv", "t.csv.gz", "t.jsonl", "t.geojson", "t.arrow"])
 def test_every_format_is_written(flight, tmp_path, name):
     assert run(flight, "-o", tmp_path / name, "-q")[0] == 0

@@ -15,6 +15,7 @@ POLARS = {
     "3d": osn.Polar(30.0, 0.01, elevation_sd=0.02, site=(100.0, -50.0, 20.0)),
     "3d-rate": osn.Polar(30.0, 0.01, elevation_sd=0.02, range_rate_sd=1.0, site=(100.0, -50.0, 20.0)),
     "height": osn.Polar(30.0, 0.01, height_sd=20.0),
+    "height-earth": osn.Polar(30.0, 0.01, height_sd=20.0, site=(100.0, -50.0, 20.0), earth_radius=6.4e6),
     "height-rate": osn.Polar(30.0, 0.01, height_sd=20.0, range_rate_sd=1.0),
 }
 

@@ -113,7 +113,9 @@ class Polar:
         site=None,
         method="ekf",
         axes=None,
+        earth_radius=None,
     ):
+        self.radius = earth_radius
         self.third = "elevation" if elevation_sd is not None else "height" if height_sd is not None else None
         self.rate = range_rate_sd is not None
         third_sd = elevation_sd if elevation_sd is not None else height_sd
@@ -128,6 +130,12 @@ class Polar:
         self.angles = (1, 2) if self.third == "elevation" else (1,)
         self.kinds = "pa" + {"elevation": "a", "height": "p", None: ""}[self.third] + "v" * self.rate
 
+    def height(self, position):
+        """Above the plane z = 0, or above a sphere that touches it at the origin."""
+        if not self.radius:
+            return position[2]
+        return float(np.linalg.norm(np.longdouble(position) + np.array([0.0, 0.0, self.radius])) - self.radius)
+
     def relative(self, position):
         return position - self.site[: len(position)]
 
@@ -138,7 +146,7 @@ class Polar:
         if self.third == "elevation":
             z.append(np.arctan2(d[2], ground))
         if self.third == "height":
-            z.append(position[2])  # of the same frame as the state, not above the site
+            z.append(self.height(position))  # of the same frame as the state, not above the site
         if self.rate:
             z.append(d @ velocity / r)
         return np.array(z)
@@ -154,7 +162,9 @@ class Polar:
             ground = np.sqrt(ground2)
             rows.append(np.array([-d[0] * d[2] / ground, -d[1] * d[2] / ground, ground]) / r**2)
         if self.third == "height":
-            rows.append(np.array([0.0, 0.0, 1.0]))
+            up = np.array([0.0, 0.0, self.radius or 1.0])
+            away = position + up if self.radius else up
+            rows.append(away / np.linalg.norm(away))
         by_velocity = [zero] * len(rows)
         if self.rate:
             rows.append(velocity / r - d * (d @ velocity) / r**3)
@@ -176,7 +186,8 @@ class Polar:
 
     def fix_by_height(self, z, R):
         """Ground range g = sqrt(r^2 - h^2) to first order; its error and the height's are correlated."""
-        h = z[2] - self.site[2]
+        up = self.z_of_height(z)
+        h = up - self.site[2]
         g = np.sqrt(max(z[0] ** 2 - h**2, 1.0))
         by = np.array([z[0], -h]) / g  # dg/dr, dg/dh
         R_ground = np.diag([by[0] ** 2 * R[0, 0] + by[1] ** 2 * R[2, 2], R[1, 1]])
@@ -185,7 +196,19 @@ class Polar:
         covariance[:2, :2], covariance[2, 2] = P, R[2, 2]
         direction = np.exp(-R[1, 1] / 2) * np.array([np.sin(z[1]), np.cos(z[1])])
         covariance[2, :2] = covariance[:2, 2] = by[1] * R[2, 2] * direction
-        return np.r_[level + self.site[:2], z[2]], covariance
+        return np.r_[level + self.site[:2], up], covariance
+
+    def z_of_height(self, z):
+        """By bisection: of the points at this slant range and azimuth the one that is so high."""
+        if not self.radius:
+            return z[2]
+        low, high = -z[0], z[0]
+        for _ in range(200):
+            up = (low + high) / 2
+            ground = np.sqrt(max(z[0] ** 2 - up**2, 0.0))
+            place = np.array([ground * np.sin(z[1]), ground * np.cos(z[1]), up]) + self.site
+            low, high = (up, high) if self.height(place) < z[2] else (low, up)
+        return up + self.site[2]
 
 
 def unbiased_conversion(z: Array, R: Array, elevation: bool) -> tuple[Array, Array]:

@@ -21,6 +21,7 @@ DEFAULT = "imm"
 VELOCITIES = ("vx", "vy", "vz")
 # what a radar measures beside range and azimuth, and the sensor's argument for its noise
 RADAR = {"altitude": "height_sd", "elevation": "elevation_sd", "range_rate": "range_rate_sd"}
+EARTH_RADIUS = 6_371_008.8  # m, the mean; where the site is known its own is taken
 
 
 def default_filter(
@@ -52,10 +53,20 @@ def choose_filter(
     return chosen(filter, purpose_of(components, sd, kind, gap, interval), components)
 
 
-def purpose_of(components: Sequence[str], sd: Mapping[str, float], kind: str, gap: float, interval: float) -> Purpose:
-    """What a filter of these measurements is made for; the arguments are those of :func:`choose_filter`."""
+def purpose_of(
+    components: Sequence[str],
+    sd: Mapping[str, float],
+    kind: str,
+    gap: float,
+    interval: float,
+    earth_radius: float = EARTH_RADIUS,
+) -> Purpose:
+    """What a filter of these measurements is made for; the arguments are those of :func:`choose_filter`.
+
+    earth_radius (m): of the sphere that a radar's altitudes are above.
+    """
     level = sd["range" if components[0] == "range" else "position"]
-    sensor = sensor_of(components, sd)
+    sensor = sensor_of(components, sd, earth_radius)
     return Purpose(sensor=sensor, kind=kind, sd=level, outliers=Outliers(), gap=gap, interval=interval)
 
 
@@ -106,12 +117,16 @@ def axes_of(chosen: Any) -> int | None:
     return None if of_one_axis(chosen) else getattr(chosen, "axes", None)
 
 
-def sensor_of(components: Sequence[str], sd: Mapping[str, float]) -> Position | PositionVelocity | Polar:
+def sensor_of(
+    components: Sequence[str], sd: Mapping[str, float], earth_radius: float = EARTH_RADIUS
+) -> Position | PositionVelocity | Polar:
     """The sensor of measured `components` with these `sd`s: x, y, altitude, ..., perhaps vx, vy, vz; or range, azimuth,
     ..., perhaps range_rate.
     """
     if components[0] == "range":
-        extra = {RADAR[name]: sd.get(name) for name in components[2:]}
+        extra: dict[str, Any] = {RADAR[name]: sd.get(name) for name in components[2:]}
+        if "altitude" in components:
+            extra["earth_radius"] = earth_radius
         return Polar(range_sd=sd["range"], azimuth_sd=sd["azimuth"], **extra)
     velocities = [name for name in components if name in VELOCITIES]
     axes = len(components) - len(velocities)

@@ -98,6 +98,14 @@ class TrackRequest:
             "--smooth", "-s", help="Use the whole track for every estimate, not only what came before it.", **FLAG
         ),
     ] = False
+    lag: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAG",
+            help="Let every estimate use what was measured up to so many scans (2) or seconds (8s) later. "
+            "One scan makes positions a fifth to a quarter better.",
+        ),
+    ] = None
     kind: Annotated[
         str,
         typer.Option(
@@ -321,6 +329,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
     from ..io.geodesy import SiteFrame
     from ..io.loading import Reading
     from ..tracking.batch import Settings
+    from ..tracking.lag import Lag
     from ..tracking.noise_level import parse_sensor_sd
 
     check_kind(request.kind)
@@ -329,6 +338,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         filter=load_filter(request.filter),
         kind=request.kind,
         smooth=request.smooth,
+        lag=Lag.of(request.lag),
         sensor_sd=parse_sensor_sd(request.sensor_sd),
         site=SiteFrame(*site) if site else None,
         gap=request.gap,
@@ -378,6 +388,7 @@ def _run_live(request: TrackRequest) -> int:
         raise InputError("--anonymous needs whole scans: give a file, or use jink.Tracker.scan in Python")
     for given, option in (
         (request.smooth, "--smooth"),
+        (request.lag, "--lag"),
         (request.report, "--report"),
         (request.output, "--output"),
         (request.json, "--json"),

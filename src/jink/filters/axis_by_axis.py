@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -83,7 +84,8 @@ class AxisByAxis:
 
     def smooth(self, time: ArrayLike, z: ArrayLike, **options: Any) -> Estimate:
         """As :meth:`jink.IMM.smooth`, without ``initial`` and ``out``."""
-        return self._run(self.filter_.smooth, time, z, **options)
+        lags = {name: options.pop(name) for name in ("lag", "lag_seconds") if name in options}
+        return self._run(partial(self.filter_.smooth, **lags), time, z, **options)
 
     def start(
         self, n: int | None = None, *, lag: int = 0, state: bytes | None = None, outputs: Sequence[str] | None = None

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .._engine import native
 from ..checks import Array, thread_count
@@ -21,7 +21,7 @@ from .live import LiveBatch
 from .parts import Parts, is_fixed, native_mode
 from .plain import VERSION, plain, write
 from .results import allocate
-from .rows import Batch, prior_of_tracks, same_arguments
+from .rows import Batch, prior_of_tracks
 from .rules import declared_rules
 
 
@@ -115,7 +115,7 @@ class Bank:
         given_prior = isinstance(self.initial, Prior)
         self.engine = Stepwise(self.motions, self.sensors, self.axes, self.outliers, given_prior, declaration)
 
-    @property
+    @cached_property
     def axes(self) -> int:
         """Number of space axes: the sensors', or as many as your own model has positions."""
         for sensor in self.sensors:
@@ -124,12 +124,12 @@ class Bank:
         named = [set(getattr(m, "components", ())) & {"px", "py", "pz"} for m in self.motions]
         return max(map(len, named)) or 2
 
-    @property
+    @cached_property
     def components(self) -> tuple[str, ...]:
         """Names of the columns of x: px, vx, (ax), ..., turn_rate, then your own names."""
         return getattr(self.engine, "components", None) or component_names(self.motions, self.axes)
 
-    @property
+    @cached_property
     def columns(self) -> int:
         """Number of columns of z: the components of the sensor that measures most."""
         return int(getattr(self.declaration or self.engine, "columns", 0))
@@ -149,7 +149,7 @@ class Bank:
         """The parameters of the engine by which it can be differentiated; see :mod:`jink.fit.gradient`."""
         return np.asarray(native.numbers(self.engine))
 
-    @property
+    @cached_property
     def modes(self) -> tuple[str, ...]:
         """Names of the columns of mode_probability."""
         return mode_names(self.motions)
@@ -184,17 +184,35 @@ class Bank:
         the row where there is one.
         """
         batch = self._batch(time, z, offsets, sensor, covariance, input, initial)
-        return self._run(batch, threads, outputs, out, smooth=False)
+        return self._run(batch, threads, outputs, out)
 
-    @same_arguments(filter)
-    def smooth(self, time: ArrayLike, z: ArrayLike, **options: Any) -> Estimate:
+    def smooth(
+        self,
+        time: ArrayLike,
+        z: ArrayLike,
+        *,
+        lag: int | None = None,
+        lag_seconds: float | None = None,
+        offsets: ArrayLike | None = None,
+        sensor: ArrayLike | None = None,
+        covariance: ArrayLike | None = None,
+        input: ArrayLike | None = None,
+        initial: Prior | None = None,
+        threads: int | None = None,
+        outputs: Sequence[str] | None = None,
+        out: Estimate | None = None,
+    ) -> Estimate:
         """Filter, then smooth: every row's estimate uses its whole track. Arguments as in :meth:`filter`.
 
-        x, P and mode_probability are smoothed; log_likelihood, nis, pit and status are the filter's. Errors: ValueError
-        for a filter that cannot be smoothed, with what to smooth instead. Method: docs/smoothing.md.
+        With a ``lag`` it uses the rows up to so many scans after it, with ``lag_seconds`` those up to so many seconds
+        after it: what live tracking with that lag gives. x, P and mode_probability are smoothed; log_likelihood, nis,
+        pit and status are the filter's. Errors: ValueError for a filter that cannot be smoothed, with what to smooth
+        instead. Method: docs/smoothing.md.
         """
-        run = {name: options.pop(name, None) for name in ("threads", "outputs", "out")}
-        return self._run(self._batch(time, z, **options), **run, smooth=True)
+        if self.not_smoothed:
+            raise ValueError(f"smooth: cannot smooth {type(self).__name__}: {self.not_smoothed}")
+        batch = self._batch(time, z, offsets, sensor, covariance, input, initial)
+        return self._run(batch, threads, outputs, out, smooth=True, until=batch.until(lag, lag_seconds))
 
     def start(
         self,
@@ -286,10 +304,15 @@ class Bank:
         )
 
     def _run(
-        self, batch: Batch, threads: int | None, outputs: Sequence[str] | None, out: Estimate | None, *, smooth: bool
+        self,
+        batch: Batch,
+        threads: int | None,
+        outputs: Sequence[str] | None,
+        out: Estimate | None,
+        *,
+        smooth: bool = False,
+        until: NDArray[np.int64] | None = None,
     ) -> Estimate:
-        if smooth and self.not_smoothed:
-            raise ValueError(f"smooth: cannot smooth {type(self).__name__}: {self.not_smoothed}")
         results, slots, status = allocate(
             outputs,
             out,
@@ -299,7 +322,7 @@ class Bank:
             modes=len(self.motions),
             columns=self.columns,
         )
-        self.engine.run(*batch.arguments(), slots, status, smooth, thread_count(threads))
+        self.engine.run(*batch.arguments(), slots, status, smooth, until, thread_count(threads))
         return self._estimate(results)
 
 

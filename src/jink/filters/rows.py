@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from inspect import signature
-from typing import Any, ParamSpec
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,18 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..checks import Array
 from ..models.start import Prior
 from ..times import seconds
-
-Arguments = ParamSpec("Arguments")
-
-
-def same_arguments(of: Callable[Arguments, Any]) -> Callable[[Callable[..., Any]], Callable[Arguments, Any]]:
-    """Give a method the signature of another one."""
-
-    def of_this(method: Callable[..., Any]) -> Callable[Arguments, Any]:
-        method.__signature__ = signature(of)  # pyright: ignore[reportFunctionMemberAccess]
-        return method
-
-    return of_this
 
 
 @dataclass(frozen=True)
@@ -85,6 +71,29 @@ class Batch:
     def tracks(self) -> int:
         """How many tracks there are."""
         return len(self.offsets) - 1
+
+    def until(self, lag: int | None, lag_seconds: float | None) -> NDArray[np.int64] | None:
+        """Per row the last row of its track that its estimate uses; None: all.
+
+        Errors: ValueError unless the lag is a whole number of scans, or seconds, and not both.
+        """
+        if lag is None and lag_seconds is None:
+            return None
+        if lag is not None and lag_seconds is not None:
+            raise ValueError("lag, lag_seconds: expected one of them, got both")
+        rows, last = np.arange(self.rows), np.repeat(self.offsets[1:] - 1, np.diff(self.offsets))
+        if lag is not None:
+            if isinstance(lag, bool) or int(lag) != lag or lag < 0:
+                raise ValueError(f"lag: expected a whole number of scans, got {lag!r}")
+            return np.minimum(rows + int(lag), last)
+        seconds_after = float(lag_seconds or 0.0)
+        if not (np.isfinite(seconds_after) and seconds_after >= 0.0):
+            raise ValueError(f"lag_seconds: expected seconds, not negative, got {lag_seconds!r}")
+        until = np.empty(self.rows, dtype=np.int64)
+        for first, end in zip(self.offsets[:-1], self.offsets[1:], strict=True):
+            times = self.time[first:end]
+            until[first:end] = first + np.searchsorted(times, times + seconds_after, "right") - 1
+        return until
 
     def arguments(self) -> tuple[Any, ...]:
         """In the order in which the engine takes them."""

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+EQUATOR, ECCENTRICITY2 = 6_378_137.0, 6.69437999014e-3  # of WGS84: half the axis in m, eccentricity squared
 EXCURSION = 1e5  # m: a lone position this far out and back hangs beside the chain of legs instead of carrying it
 
 
@@ -63,6 +64,12 @@ class SiteFrame:
     latitude: float
     longitude: float
     altitude: float = 0.0
+
+    @property
+    def earth_radius(self) -> float:
+        """Radius (m) of the sphere that fits the surface of the site's altitude: √(MN) and that altitude."""
+        squared = EQUATOR**2 * (1.0 - ECCENTRICITY2)
+        return float(np.sqrt(squared) / (1.0 - ECCENTRICITY2 * np.sin(np.radians(self.latitude)) ** 2)) + self.altitude
 
     def to_geographic(
         self, x: np.ndarray, y: np.ndarray, z: np.ndarray | None = None

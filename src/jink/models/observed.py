@@ -75,7 +75,29 @@ def in_axes(values: Array, axes: int) -> Array:
     return np.concatenate([values, np.zeros((*values.shape[:-1], missing))], -1)
 
 
-def from_site(truth: Moving, components: Sequence[str], axes: int, site: Sequence[float], reference: str) -> Array:
+def height_above(p: Array, radius: float | None) -> Array:
+    """Height (...,) of points (..., 3) over a sphere that touches z = 0 at the origin; None: over z = 0."""
+    x, y, z = p[..., 0], p[..., 1], p[..., 2]
+    if radius is None:
+        return z
+    excess = x * x + y * y + z * (z + 2.0 * radius)
+    return excess / (np.sqrt(excess + radius * radius) + radius)
+
+
+def _below_height(x: Array, y: Array, height: Array, radius: float) -> Array:
+    """The way back: z of points at x, y that are so high over the sphere."""
+    excess = height * (height + 2.0 * radius) - x * x - y * y
+    return excess / (np.sqrt(np.maximum(excess + radius * radius, 0.0)) + radius)
+
+
+def from_site(
+    truth: Moving,
+    components: Sequence[str],
+    axes: int,
+    site: Sequence[float],
+    reference: str,
+    radius: float | None = None,
+) -> Array:
     """Range, azimuth, elevation, height or range rate of a truth, as named, seen from a site."""
     p, v = in_axes(truth.position, axes), in_axes(truth.velocity, axes)
     origin = np.zeros(axes)
@@ -88,23 +110,29 @@ def from_site(truth: Moving, components: Sequence[str], axes: int, site: Sequenc
         "range_rate": (d * v).sum(axis=-1) / np.maximum(distance, 1e-9),
     }
     if axes == 3:
-        values |= {"elevation": np.arctan2(d[..., 2], ground), "height": p[..., 2]}
+        values |= {"elevation": np.arctan2(d[..., 2], ground), "height": height_above(p, radius)}
     return np.stack([values[name] for name in components], axis=-1)
 
 
-def to_positions(z: Array, components: Sequence[str], site: Sequence[float], reference: str) -> Array:
+def to_positions(
+    z: Array, components: Sequence[str], site: Sequence[float], reference: str, radius: float | None = None
+) -> Array:
     """The way back: positions (..., axes) of range, azimuth and, if it is there, elevation or height."""
     x, y, up = [*map(float, site), 0.0][:3]
     columns = dict(zip(components, np.moveaxis(z, -1, 0), strict=True))
-    distance, azimuth = columns["range"], columns["azimuth"]
+    first, second = np.cos(columns["azimuth"]), np.sin(columns["azimuth"])
+    if reference == "north":
+        first, second = second, first
+    distance = columns["range"]
     ground, height = distance, None
     if "elevation" in columns:
         ground, height = distance * np.cos(columns["elevation"]), distance * np.sin(columns["elevation"])
     elif "height" in columns:
         height = columns["height"] - up
+        # each step is (range / radius)² closer
+        for _ in range(4 if radius else 0):
+            ground = np.sqrt(np.maximum(distance**2 - height**2, 0.0))
+            height = _below_height(x + ground * first, y + ground * second, columns["height"], radius or 0.0) - up
         ground = np.sqrt(np.maximum(distance**2 - height**2, 0.0))
-    first, second = np.cos(azimuth), np.sin(azimuth)
-    if reference == "north":
-        first, second = second, first
     parts = [x + ground * first, y + ground * second]
     return np.stack(parts if height is None else [*parts, up + height], axis=-1)

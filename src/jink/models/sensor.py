@@ -229,9 +229,12 @@ class Polar(Observed):
     site.
 
     Columns of z in that order. Azimuth is clockwise from +y (north), or with reference="east" counter-clockwise from
-    +x. With a height the range is a slant range. method="ekf" linearises at the prediction (or ``linearisation="ukf"``
-    of the filter); method="converted" turns each measurement into an unbiased Cartesian one with its own covariance
-    (Longbin, Xiaoquan, Yizu, Kang & Bar-Shalom, IEEE Trans. AES-34(3), 1998), without the range rate.
+    +x. With a height the range is a slant range. Heights are above the plane z = 0, or with ``earth_radius`` R (m)
+    above a sphere that touches this plane at the origin: h = sqrt(x² + y² + (R + z)²) − R.
+
+    method="ekf" linearises at the prediction (or ``linearisation="ukf"`` of the filter); method="converted" turns each
+    measurement into an unbiased Cartesian one with its own covariance (Longbin, Xiaoquan, Yizu, Kang & Bar-Shalom, IEEE
+    Trans. AES-34(3), 1998), without the range rate.
     """
 
     range_sd: float
@@ -240,6 +243,7 @@ class Polar(Observed):
     height_sd: float | None = None
     range_rate_sd: float | None = None
     site: Sequence[float] = (0.0, 0.0, 0.0)
+    earth_radius: float | None = None
     axes: int | None = None
     method: Literal["ekf", "converted"] = "ekf"
     reference: Literal["north", "east"] = "north"
@@ -247,6 +251,8 @@ class Polar(Observed):
     def __post_init__(self) -> None:
         if self.elevation_sd is not None and self.height_sd is not None:
             raise ValueError("Polar: give elevation_sd or height_sd, not both")
+        if self.earth_radius is not None and self.height_sd is None:
+            raise ValueError("Polar: earth_radius bends the height; expected height_sd with it")
         spatial = self.elevation_sd is not None or self.height_sd is not None
         if self.axes is None:
             object.__setattr__(self, "axes", 3 if spatial else 2)
@@ -287,6 +293,7 @@ class Polar(Observed):
             from_north=_reference(self.reference),
             converted=converted,
             site=_site(self.site),
+            radius=positive("earth_radius", self.earth_radius) if self.earth_radius is not None else 0.0,
         )
 
     @property
@@ -297,13 +304,13 @@ class Polar(Observed):
 
     def observe(self, truth: Moving) -> Array:
         """The components, (..., m)."""
-        return from_site(truth, self.components, self.axes or 2, self.site, self.reference)
+        return from_site(truth, self.components, self.axes or 2, self.site, self.reference, self.earth_radius)
 
     def positions(self, z: Array) -> Array:
         """In three axes where there is an elevation or a height; without, ranges are taken as those along the
         ground.
         """
-        return to_positions(z, self.components, self.site, self.reference)
+        return to_positions(z, self.components, self.site, self.reference, self.earth_radius)
 
     def extents(self, horizontal: float, vertical: float, speed: float) -> tuple[float, ...]:
         """How far apart measurements can lie, by component; converted ones are positions."""

@@ -63,6 +63,7 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
     yield from _listed("Cleaning", done or ["nothing to do"])
     yield from _listed("Noise", list(_noise(summary["noise"])))
     how = "smoothed" if summary["smoothed"] else "filtered"
+    how += f" with a lag of {summary['lag']}" if "lag" in summary else ""
     yield from _listed(
         "Filter",
         [f"{text}, {how}, for {summary['kind']}, {axes}" for axes, text in summary["filter"].items()],

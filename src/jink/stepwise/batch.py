@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .functions import Array, at_scan
 from .scan import Scan
@@ -27,6 +28,7 @@ def run(
     slots: list[Array | None],
     status: Array | None,
     smooth: bool,
+    until: NDArray[np.int64] | None,
     threads: int,
 ) -> None:
     """As the engine's run; results go into the slots, one thread."""
@@ -61,8 +63,23 @@ def run(
             estimate(engine, to, rows, part.x, part.P, part.probability, part.started)
     if "log_likelihood" in to:
         to["log_likelihood"][order] = total
+    if until is not None:
+        lag = _scans(until, offsets)
+        for k in range(len(records)):
+            *_, (_, x, P, probability) = backward(engine, records[k : k + lag + 1])
+            estimate(engine, to, first[: active[k]] + k, x, P, probability, records[k].started)
+        return
     for k, x, P, probability in backward(engine, records):
         estimate(engine, to, first[: active[k]] + k, x, P, probability, records[k].started)
+
+
+def _scans(until: NDArray[np.int64], offsets: Array) -> int:
+    """The lag in scans, the same for every row that is not at the end of its track."""
+    last = np.repeat(offsets[1:] - 1, np.diff(offsets))
+    ahead = (until - np.arange(len(until)))[until < last]
+    if len(set(ahead.tolist())) > 1:
+        raise ValueError("lag_seconds: models of your own are smoothed with a lag in scans; expected lag=")
+    return int(ahead[0]) if len(ahead) else int(np.diff(offsets).max(initial=0))
 
 
 def _check(time: Array, z: Array, offsets: Array) -> None:

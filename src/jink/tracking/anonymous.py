@@ -124,8 +124,8 @@ def run_anonymous(
             "check --sensor-sd, --detection, --kind and the unit of the columns"
         )
     rows = placed_tracks(plots, found)
-    if settings.smooth:
-        found = _smoothed(found, filter, rows)
+    if settings.smoothing is not None:
+        found = _smoothed(found, filter, rows, settings.smoothing)
     table = _table(rows, found, measurements)
     used = np.zeros(plots.rows.height, bool)
     used[found.plot[found.plot >= 0]] = True
@@ -179,10 +179,10 @@ def _pass(
     return track_scans(tracker, Scans(scan_time, begin, plots.z, own=own), step), filter, tracker
 
 
-def _smoothed(found: Found, filter: Any, rows: Placed) -> Found:
+def _smoothed(found: Found, filter: Any, rows: Placed, lag: dict[str, Any]) -> Found:
     if filter.not_smoothed:
         raise InputError(f"smooth: {type(filter).__name__} cannot be smoothed: {filter.not_smoothed}")
-    estimate = filter.smooth(rows.time, rows.z, offsets=rows.offsets, outputs=("x", "P", "mode_probability"))
+    estimate = filter.smooth(rows.time, rows.z, offsets=rows.offsets, outputs=("x", "P", "mode_probability"), **lag)
     known = np.isfinite(estimate.x).all(axis=1)
     results = dict(found.estimate.results)
     for name in ("x", "P", "mode_probability"):
@@ -234,8 +234,7 @@ def _summary(
         "filter": {f"{filter.axes} axes": words_for(filter)},
         "status": {str(status): count for status, count in statuses},
         "consistency": {},
-        "kind": settings.kind,
-        "smoothed": settings.smooth,
+        **settings.said(),
         "gap_seconds": 0.0,
         "predicted": int((found.estimate.status == Status.predicted).sum()),
     }

@@ -6,6 +6,7 @@ import time as clock
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +19,7 @@ from ..io.geodesy import SiteFrame
 from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
+from .lag import Lag
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
 from .plausibility import Finding, as_dicts, findings
@@ -43,6 +45,7 @@ def track(
     filter: Any = None,
     kind: str = "aircraft",
     smooth: bool = False,
+    lag: int | str | None = None,
     columns: Mapping[str, str] | None = None,
     sensor_sd: float | str | Mapping[str, float] | None = None,
     site: tuple[float, ...] | None = None,
@@ -73,7 +76,8 @@ def track(
 
     Missing is null: the course of a target at rest, the turn rate where speed is not two sds from zero.
 
-    columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component
+    smooth: every estimate uses its whole track; lag: only what was measured up to so many scans (2) or seconds ("8s")
+    later. columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component
     (`{"range": 50, "azimuth_deg": 0.1}`); None: from columns of accuracy or estimated. site: latitude, longitude and
     altitude of a radar. day_first, time_format (strftime), time_zone: how text dates are read. axes: "enu" or "ned";
     azimuth_from: "north" (clockwise) or "east" (counter-clockwise). gap: seconds without a position that begin a new
@@ -87,6 +91,7 @@ def track(
         filter=filter,
         kind=kind,
         smooth=smooth,
+        lag=Lag.of(lag),
         sensor_sd=parse_sensor_sd(sensor_sd),
         site=SiteFrame(*site) if site is not None else None,
         gap=gap,
@@ -153,19 +158,19 @@ def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) ->
     tables: list[pl.DataFrame] = []
     done = 0
     for group in groups:
-        if settings.smooth and getattr(group.filter, "not_smoothed", ""):
+        if settings.smoothing is not None and getattr(group.filter, "not_smoothed", ""):
             name, why = type(group.filter).__name__, group.filter.not_smoothed
             raise InputError(f"smooth: {name} cannot be smoothed: {why}")
         for table in _chunks(group, settings, measurements.absolute):
             tables.append(table)
             done += table.height
             if progress:
-                progress("smoothing" if settings.smooth else "filtering", done, cleaned.rows.height)
+                progress("filtering" if settings.smoothing is None else "smoothing", done, cleaned.rows.height)
     tracks = pl.concat(tables, how="diagonal")
     if len(groups) > 1:
         tracks = tracks.sort("target", "time", maintain_order=True)
     summary = summarise(loaded, cleaned, rejected, groups, tracks)
-    summary |= {"kind": settings.kind, "smoothed": settings.smooth, "gap_seconds": prepared.pace.gap}
+    summary |= {**settings.said(), "gap_seconds": prepared.pace.gap}
     return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
 
 
@@ -184,7 +189,8 @@ def _implausible(found: Sequence[Finding], targets: int) -> str:
 def _chunks(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.DataFrame]:
     """Tables of whole parts, some ten thousand rows each; one is made while the next is filtered."""
     placed, covariance, offsets = group.placed, group.covariance, group.placed.offsets
-    verb = group.filter.smooth if settings.smooth else group.filter.filter
+    smoothing = settings.smoothing
+    verb = group.filter.filter if smoothing is None else partial(group.filter.smooth, **smoothing)
     begin = 0
     waiting: Future[pl.DataFrame] | None = None
     with ThreadPoolExecutor(1) as worker:

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ..catalogue.choose import EARTH_RADIUS
+from ..io.geodesy import SiteFrame
 from ..models.observed import to_positions
 from .placing import Placed
 
@@ -96,13 +98,15 @@ def measured_places(placed: Placed, covariance: np.ndarray) -> tuple[np.ndarray,
         return placed.z[:, :axes], covariance[:, :axes, :axes]
     names = tuple({"altitude": "height"}.get(name, name) for name in placed.components[:axes])
     z = placed.z[:, :axes]
-    position = to_positions(z, names, (0.0, 0.0, 0.0), "north")
+    radius = placed.frame.earth_radius if isinstance(placed.frame, SiteFrame) else EARTH_RADIUS
+    seen = (names, (0.0, 0.0, 0.0), "north", radius)
+    position = to_positions(z, *seen)
     jacobian = np.empty((len(z), axes, axes))
     for column in range(axes):
         step = STEP * (np.nan_to_num(np.abs(z[:, column])) + 1.0)
         moved = z.copy()
         moved[:, column] += step
-        jacobian[:, :, column] = (to_positions(moved, names, (0.0, 0.0, 0.0), "north") - position) / step[:, None]
+        jacobian[:, :, column] = (to_positions(moved, *seen) - position) / step[:, None]
     variance = covariance[:, :axes]
     return position, np.einsum("nij,nj,nkj->nik", jacobian, variance, jacobian)
 

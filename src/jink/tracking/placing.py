@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import polars as pl
 
+from ..catalogue.choose import EARTH_RADIUS
 from ..io.geodesy import DevelopedFrame, SiteFrame, develop
+from ..models.observed import to_positions
 from .cleaning import changes
 
 UNKNOWN_HEIGHT = 300.0  # m: how far the height may have been from the first one that was reported
@@ -104,7 +107,7 @@ def lay(
     z = np.column_stack([first, second, vertical][:axes])
     plane, height = np.column_stack([first, second]), vertical
     if position == "polar":
-        plane, height = _flat(first, second, vertical, third)
+        plane, height = _flat(z, names[:axes], site)
     return Placed(rows, time, np.ascontiguousarray(z), plane, height, new, axes, names[:axes], frame, sensors_named)
 
 
@@ -128,17 +131,12 @@ def begin_with_height(placed: Placed, covariance: np.ndarray) -> None:
     covariance[(chosen, 2) if covariance.ndim == 2 else (chosen, 2, 2)] = UNKNOWN_HEIGHT**2
 
 
-def _flat(
-    distance: np.ndarray, azimuth: np.ndarray, vertical: np.ndarray, third: str | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """East, north and up of slant range and azimuth, with elevation or height where there is one."""
-    ground, height = distance, vertical
-    if third == "elevation":
-        angle = np.nan_to_num(vertical)
-        ground, height = (
-            distance * np.cos(angle),
-            np.where(np.isnan(vertical), np.nan, distance * np.sin(angle)),
-        )
-    elif third == "altitude":
-        ground = np.sqrt(np.maximum(distance**2 - np.nan_to_num(vertical) ** 2, 0.0))
-    return np.column_stack([ground * np.sin(azimuth), ground * np.cos(azimuth)]), height
+def _flat(z: np.ndarray, names: Sequence[str], site: SiteFrame | None) -> tuple[np.ndarray, np.ndarray]:
+    """East and north (N, 2), and up (N,), of slant range and azimuth, with elevation or altitude where there is one."""
+    known = z.copy()
+    third = np.full(len(z), np.nan) if len(names) < 3 else z[:, 2]
+    known[:, 2:] = np.nan_to_num(known[:, 2:])
+    radius = site.earth_radius if site else EARTH_RADIUS
+    called = ["height" if name == "altitude" else name for name in names]
+    place = to_positions(known, called, (0.0, 0.0, 0.0), "north", radius)
+    return place[:, :2], np.where(np.isnan(third), np.nan, place[:, -1])

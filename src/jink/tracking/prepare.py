@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from ..catalogue.choose import axes_of, chosen, purpose_of
+from ..catalogue.choose import EARTH_RADIUS, axes_of, chosen, purpose_of
 from ..catalogue.purpose import Purpose
 from ..catalogue.targets import kind_of
 from ..io.errors import InputError
@@ -21,6 +21,7 @@ from ..io.measurements import Measurements
 from . import range_rate, velocity_use
 from .cleaning import Cleaned, Cleaning, changes, clean
 from .held_out import Used
+from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
 
@@ -32,6 +33,7 @@ class Settings:
     filter: Any = None
     kind: str = "aircraft"
     smooth: bool = False
+    lag: Lag | None = None
     sensor_sd: dict[str, float] = field(default_factory=dict)
     site: SiteFrame | None = None
     gap: float | None = None
@@ -45,12 +47,24 @@ class Settings:
 
     def __post_init__(self) -> None:
         kind_of(self.kind)
+        if self.smooth and self.lag is not None:
+            raise InputError(f"lag is {self.lag}; expected none beside smooth, which uses the whole track")
         if self.gap is not None and not self.gap >= 0:
             raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
         if self.threads is not None and self.threads < 1:
             raise InputError(f"threads is {self.threads}; expected 1 or more")
         if self.min_points < 1:
             raise InputError(f"min_points is {self.min_points}; expected 1 or more")
+
+    @property
+    def smoothing(self) -> dict[str, Any] | None:
+        """The arguments of a filter's ``smooth``; None where tracks are only filtered."""
+        return self.lag.options() if self.lag else {} if self.smooth else None
+
+    def said(self) -> dict[str, Any]:
+        """What the summary says of the settings."""
+        smoothed = self.smoothing is not None
+        return {"kind": self.kind, "smoothed": smoothed} | ({"lag": str(self.lag)} if self.lag else {})
 
 
 class Pace(NamedTuple):
@@ -141,7 +155,8 @@ def _as_measured(placed: Placed, level: NoiseLevel, filter: Any) -> tuple[Placed
 
 def choose(components: Sequence[str], sd: Mapping[str, float], pace: Pace, settings: Settings) -> tuple[Purpose, Any]:
     """What a filter of these measurements is made for, and the filter. Errors: InputError."""
-    purpose = purpose_of(components, sd, settings.kind, pace.wait, pace.step or 1.0)
+    radius = settings.site.earth_radius if settings.site else EARTH_RADIUS
+    purpose = purpose_of(components, sd, settings.kind, pace.wait, pace.step or 1.0, radius)
     return purpose, chosen(settings.filter, purpose, components)
 
 
