@@ -11,7 +11,7 @@ import polars as pl
 from .columns import Columns, recognise
 from .conventions import Conventions
 from .errors import InputError
-from .files import Rows, Table, expand, open_table
+from .files import Rows, Table, expand, open_tables
 from .layouts import Layout, layout_of
 from .meaning import doubtful
 from .measurements import Measurements, measure
@@ -52,36 +52,58 @@ def load_files(
 ) -> Loaded:
     """Read every file or glob pattern; all have to hold the same kind of position and of time."""
     paths = expand(inputs)
+    folders = {path for given in map(Path, inputs) if given.is_dir() for path in expand([given])}
     parts: list[Measurements] = []
+    left_out: list[str] = []
+    files: list[str] = []
     count = 0
     for number, path in enumerate(paths):
-        table = open_table(path)
-        columns, conventions, notes = recognised(table.file, table.names, how, table.fixed)
-        frame, unreadable = _read(table, columns)
-        total = frame.height + unreadable.height
-        if total == 0:
-            raise InputError(f"{table.file} has columns but no rows")
-        if frame.height == 0:
-            raise InputError(
-                f"{table.file}: none of its {total} rows can be read; the first row: {unreadable['reason'][0]}"
-            )
-        part = measure(
-            table.file,
-            frame,
-            columns,
-            altitude_unit=how.altitude_unit,
-            time_unit=how.time_unit,
-            default_target=path.name.split(".")[0] or "0",
-            check_coordinates=how.check_coordinates,
-            conventions=conventions,
-        )
-        part.notes[:0] = [*table.notes, *notes]
-        part.rejected.append(unreadable.with_columns(file=pl.lit(table.file)))
-        parts.append(part)
-        count += total
+        try:
+            for table in open_tables(path):
+                part, total = _load(table, how)
+                parts.append(part)
+                files.append(table.file)
+                count += total
+        except InputError as error:
+            # a folder also holds notes and pictures
+            if path not in folders or path in map(Path, inputs):
+                raise
+            left_out.append(str(error).splitlines()[0])
         if progress:
             progress(number + 1, len(paths))
-    return Loaded(_together(parts, [str(p) for p in paths]), [str(p) for p in paths], count)
+    if not parts:
+        raise InputError("no file of the folder can be read:\n" + "\n".join(f"  {reason}" for reason in left_out))
+    together = _together(parts, files)
+    together.notes += [f"left out: {reason}" for reason in left_out[:5]]
+    if len(left_out) > 5:
+        together.notes.append(f"left out: {len(left_out) - 5} more files")
+    return Loaded(together, files, count)
+
+
+def _load(table: Table, how: Reading) -> tuple[Measurements, int]:
+    """Measurements of one table, and the number of its rows. Errors: InputError."""
+    columns, conventions, notes = recognised(table.file, table.names, how, table.fixed)
+    frame, unreadable = _read(table, columns)
+    total = frame.height + unreadable.height
+    if total == 0:
+        raise InputError(f"{table.file} has columns but no rows")
+    if frame.height == 0:
+        raise InputError(
+            f"{table.file}: none of its {total} rows can be read; the first row: {unreadable['reason'][0]}"
+        )
+    part = measure(
+        table.file,
+        frame,
+        columns,
+        altitude_unit=how.altitude_unit,
+        time_unit=how.time_unit,
+        default_target=Path(table.file).name.split(".")[0] or "0",
+        check_coordinates=how.check_coordinates,
+        conventions=conventions,
+    )
+    part.notes[:0] = [*table.notes, *notes]
+    part.rejected.append(unreadable.with_columns(file=pl.lit(table.file)))
+    return part, total
 
 
 def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
