@@ -17,7 +17,7 @@ import typer
 
 from ..io.errors import InputError
 from .exit_status import exit_status
-from .request import FLAG, check_kind, completed_from, parse_columns
+from .request import FLAG, check_kind, completed_from, parse_columns, words_of
 
 OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
 PLOTS = "Plots without identity"
@@ -79,6 +79,24 @@ class TrackRequest:
             rich_help_panel=OUTPUT,
             help="Write the tracks: .parquet, .csv, .jsonl, .geojson, .gpx, .kml or .arrow; '-' writes JSON Lines to "
             "standard output. Without any output, the summary and the first tracks are shown.",
+        ),
+    ] = None
+    keep: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMNS",
+            rich_help_panel=OUTPUT,
+            help="Columns of the input that go through to the output, such as callsign,sog. "
+            "Default: those that say who a target is.",
+        ),
+    ] = None
+    every: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            rich_help_panel=OUTPUT,
+            help="Write one row at each multiple of a time, such as 1s; "
+            "between measurements it is predicted, with its sd.",
         ),
     ] = None
     report: Annotated[
@@ -331,6 +349,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
     from ..tracking.batch import Settings
     from ..tracking.lag import Lag
     from ..tracking.noise_level import parse_sensor_sd
+    from ..tracking.resampling import parse_every
 
     check_kind(request.kind)
     site = parse_site(request.site)
@@ -349,11 +368,12 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         check=not request.no_check,
         threads=request.threads,
         velocity=not request.no_velocity,
+        every=parse_every(request.every),
     )
     columns = parse_columns(request.columns)
-    return Reading(
-        columns, request.altitude_unit, request.time_unit, not request.no_check, conventions_of(request)
-    ), settings
+    checked, kept = not request.no_check, None if request.keep is None else tuple(words_of(request.keep))
+    units = request.altitude_unit, request.time_unit
+    return Reading(columns, *units, checked, conventions_of(request), kept), settings
 
 
 def conventions_of(request: TrackRequest) -> Any:
@@ -392,6 +412,8 @@ def _run_live(request: TrackRequest) -> int:
         (request.report, "--report"),
         (request.output, "--output"),
         (request.json, "--json"),
+        (request.keep, "--keep"),
+        (request.every, "--every"),
     ):
         if given:
             raise InputError(f"{option} needs the whole track; 'jink track -' writes JSON Lines to standard output")

@@ -12,6 +12,7 @@ from .columns import Columns, recognise
 from .conventions import Conventions
 from .errors import InputError
 from .files import Rows, Table, expand, open_tables
+from .kept import alike, check_kept, kept
 from .layouts import Layout, layout_of
 from .meaning import doubtful
 from .measurements import Measurements, measure
@@ -20,7 +21,7 @@ from .measurements import Measurements, measure
 @dataclass(frozen=True)
 class Reading:
     """How columns are to be read: role to name, units where names do not say, coordinates checked or not, and the
-    conventions of times and axes.
+    conventions of times and axes; keep: columns that go through to the output (None: those that say who a target is).
     """
 
     columns: Mapping[str, str] | None = None
@@ -28,6 +29,7 @@ class Reading:
     time_unit: str | None = None
     check_coordinates: bool = True
     conventions: Conventions = field(default_factory=Conventions)
+    keep: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         from .units import TIME
@@ -55,11 +57,13 @@ def load_files(
     folders = {path for given in map(Path, inputs) if given.is_dir() for path in expand([given])}
     parts: list[Measurements] = []
     left_out: list[str] = []
+    names: list[str] = []
     files: list[str] = []
     count = 0
     for number, path in enumerate(paths):
         try:
             for table in open_tables(path):
+                names += table.names
                 part, total = _load(table, how)
                 parts.append(part)
                 files.append(table.file)
@@ -73,6 +77,7 @@ def load_files(
             progress(number + 1, len(paths))
     if not parts:
         raise InputError("no file of the folder can be read:\n" + "\n".join(f"  {reason}" for reason in left_out))
+    check_kept(how.keep, names)
     together = _together(parts, files)
     together.notes += [f"left out: {reason}" for reason in left_out[:5]]
     if len(left_out) > 5:
@@ -83,7 +88,8 @@ def load_files(
 def _load(table: Table, how: Reading) -> tuple[Measurements, int]:
     """Measurements of one table, and the number of its rows. Errors: InputError."""
     columns, conventions, notes = recognised(table.file, table.names, how, table.fixed)
-    frame, unreadable = _read(table, columns)
+    carried = kept(table.names, columns, how.keep)
+    frame, unreadable = _read(table, columns, carried)
     total = frame.height + unreadable.height
     if total == 0:
         raise InputError(f"{table.file} has columns but no rows")
@@ -100,6 +106,7 @@ def _load(table: Table, how: Reading) -> tuple[Measurements, int]:
         default_target=Path(table.file).name.split(".")[0] or "0",
         check_coordinates=how.check_coordinates,
         conventions=conventions,
+        carried=carried,
     )
     part.notes[:0] = [*table.notes, *notes]
     part.rejected.append(unreadable.with_columns(file=pl.lit(table.file)))
@@ -111,7 +118,9 @@ def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
     columns, conventions, notes = recognised("the DataFrame", frame.columns, how)
     if frame.height == 0:
         raise InputError("the DataFrame has columns but no rows")
-    wanted = _wanted("the DataFrame", columns)
+    check_kept(how.keep, frame.columns)
+    carried = kept(frame.columns, columns, how.keep)
+    wanted = list(dict.fromkeys([*_wanted("the DataFrame", columns), *carried]))
     wanted += doubtful(frame.select(wanted), columns)
     measurements = measure(
         None,
@@ -121,6 +130,7 @@ def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
         time_unit=how.time_unit,
         check_coordinates=how.check_coordinates,
         conventions=conventions,
+        carried=carried,
     )
     measurements.notes[:0] = notes
     return Loaded(measurements, [], frame.height)
@@ -144,9 +154,9 @@ def _filled(conventions: Conventions, layout: Layout) -> Conventions:
     return replace(conventions, **own)
 
 
-def _read(table: Table, columns: Columns) -> Rows:
-    """The columns that are needed, and, where their values raise doubt, others that may be meant."""
-    wanted = _wanted(table.file, columns)
+def _read(table: Table, columns: Columns, carried: Sequence[str]) -> Rows:
+    """The columns that are needed or kept, and, where their values raise doubt, others that may be meant."""
+    wanted = list(dict.fromkeys([*_wanted(table.file, columns), *carried]))
     frame, unreadable = table.read(wanted)
     more = doubtful(frame, columns)
     return table.read([*wanted, *more]) if more else (frame, unreadable)
@@ -172,7 +182,7 @@ def _together(parts: list[Measurements], files: list[str]) -> Measurements:
             absolute, plain = (file, files[0]) if part.absolute else (files[0], file)
             raise InputError(f"{absolute} has dates and {plain} has plain seconds; their times cannot be compared")
     return Measurements(
-        pl.concat([part.rows for part in parts], how="diagonal", rechunk=True),
+        pl.concat(alike([part.rows for part in parts]), how="diagonal", rechunk=True),
         [frame for part in parts for frame in part.rejected],
         first.position,
         first.absolute,

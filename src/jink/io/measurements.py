@@ -12,6 +12,7 @@ What a name does not say is decided for the whole table, said in a note, and can
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +22,7 @@ from .clock_faults import mend
 from .columns import Columns, normal
 from .conventions import NONE, Conventions
 from .errors import InputError
+from .kept import marked
 from .meaning import understand
 from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
 from .rates import rates
@@ -68,10 +70,12 @@ def measure(
     check_coordinates: bool = True,
     conventions: Conventions = NONE,
     stream: bool = False,
+    carried: Sequence[str] = (),
 ) -> Measurements:
     """Convert the recognised columns of `frame`, which has `row` too; InputError if no time is readable.
 
-    stream: the rows are a few of many, so that their values do not decide what columns mean.
+    stream: the rows are a few of many, so that their values do not decide what columns mean. carried: columns that go
+    through to the output.
     """
     where = file or "the table"
     clock = frame[columns.roles["time"].name]
@@ -110,6 +114,7 @@ def measure(
         pl.Series("speed", speed),
         *[pl.Series(name, value) for name, value in moving.items()],
         position_sd,
+        *marked(frame, carried),
         pl.Series("dilution", dilution(sheet)),
         pl.Series("grounded", np.isfinite(ground_sd)),
         pl.Series("altitude_sd", np.where(np.isnan(ground_sd), altitude_sd.to_numpy(), ground_sd)),
@@ -118,7 +123,7 @@ def measure(
     kept = rows.filter(pl.Series(good))
     named = {role: column.shown or column.name for role, column in sheet.roles.items()}
     notes = noticed + target_note + sheet.notes
-    unused = _unused(sheet, named)
+    unused = [name for name in _unused(sheet, named) if name not in carried]
     return Measurements(kept, rejected, sheet.position, times.absolute, named, notes, unused, rate_notes)
 
 

@@ -22,8 +22,10 @@ from .anonymous import Anonymous, is_anonymous, run_anonymous
 from .lag import Lag
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
+from .placing import Placed
 from .plausibility import Finding, as_dicts, findings
 from .prepare import Group, Settings, prepare
+from .resampling import parse_every, resampled
 from .summary import reasons, summarise
 
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
@@ -66,6 +68,8 @@ def track(
     details: bool = False,
     anonymous: bool | Mapping[str, Any] = False,
     velocity: bool = True,
+    keep: Sequence[str] | None = None,
+    every: float | str | None = None,
 ) -> Any:
     """Track every target in a DataFrame (the same kind comes back), a file, a pattern or several files.
 
@@ -84,7 +88,9 @@ def track(
     part (0: never). anonymous: plots do not say whose they are; True, or any of detection, clutter, new_per_hour,
     drop_after, period and association by name (docs/plots-without-names.md). A table without identity, in which
     several rows share a time, is tracked so by itself. velocity: reported speeds, courses, vertical rates and range
-    rates are used where they make held-out positions likelier; False leaves them out.
+    rates are used where they make held-out positions likelier; False leaves them out. keep: columns of the input that
+    come back too (None: those that say who a target is). every: one row at each multiple of so many seconds ("1s"),
+    predicted where nothing was measured, instead of one per input row.
     Raises InputError (a ValueError).
     """
     settings = Settings(
@@ -102,9 +108,11 @@ def track(
         check=check_coordinates,
         threads=threads,
         velocity=velocity,
+        every=parse_every(every),
     )
     conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from)
-    reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions)
+    kept = None if keep is None else tuple(keep)
+    reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions, kept)
     tracked, back = _from_data(data, reading, settings, Anonymous.of(anonymous))
     if details:
         return Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
@@ -136,14 +144,29 @@ def run(
     """Clean, place, filter; the summary says what was done. Plots without identity are given to targets first, where
     that is asked for, or where the table shows it. Raises InputError when no track is left, or none is plausible."""
     if anonymous is not None or is_anonymous(loaded.measurements):
+        if settings.every is not None:
+            raise InputError("every: plots without identity are tracked scan by scan; leave it out")
         tracked = Tracked(*run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress))
     else:
         tracked = _run_named(loaded, settings, progress)
-    found, hopeless = findings(tracked.tracks, tracked.summary["noise"], settings.kind, tracked.summary["consistency"])
+    measured = tracked.tracks if settings.every is None else tracked.tracks.filter(pl.col("row").is_not_null())
+    found, hopeless = findings(measured, tracked.summary["noise"], settings.kind, tracked.summary["consistency"])
     if hopeless and settings.check:
         raise InputError(_implausible(found, tracked.summary["targets"]))
     tracked.summary["warnings"] = as_dicts(found, tracked.summary["targets"])
-    return tracked
+    return at_even_times(tracked, settings)
+
+
+def at_even_times(tracked: Tracked, settings: Settings) -> Tracked:
+    """The rows at even times alone, where those are asked for; what was found is of the measured rows."""
+    if settings.every is None:
+        return tracked
+    tracks = tracked.tracks.filter("even").drop("even")
+    count = int(tracks["row"].is_null().sum())
+    tracked.summary["notes"].append(
+        f"{tracks.height:,} rows, one every {settings.every:g} s; {count:,} of them lie between measurements"
+    )
+    return Tracked(tracks, tracked.rejected, tracked.summary | {"every_seconds": settings.every})
 
 
 def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) -> Tracked:
@@ -161,6 +184,8 @@ def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) ->
         if settings.smoothing is not None and getattr(group.filter, "not_smoothed", ""):
             name, why = type(group.filter).__name__, group.filter.not_smoothed
             raise InputError(f"smooth: {name} cannot be smoothed: {why}")
+        if settings.every is not None and getattr(group.filter, "counts_rows", False):
+            raise InputError(f"every: {type(group.filter).__name__} counts rows, so rows between them would change it")
         for table in _chunks(group, settings, measurements.absolute):
             tables.append(table)
             done += table.height
@@ -169,7 +194,8 @@ def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) ->
     tracks = pl.concat(tables, how="diagonal")
     if len(groups) > 1:
         tracks = tracks.sort("target", "time", maintain_order=True)
-    summary = summarise(loaded, cleaned, rejected, groups, tracks)
+    measured = tracks if settings.every is None else tracks.filter(pl.col("row").is_not_null())
+    summary = summarise(loaded, cleaned, rejected, groups, measured)
     summary |= {**settings.said(), "gap_seconds": prepared.pace.gap}
     return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
 
@@ -188,7 +214,11 @@ def _implausible(found: Sequence[Finding], targets: int) -> str:
 
 def _chunks(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.DataFrame]:
     """Tables of whole parts, some ten thousand rows each; one is made while the next is filtered."""
-    placed, covariance, offsets = group.placed, group.covariance, group.placed.offsets
+    placed, covariance, even = group.placed, group.covariance, None
+    if settings.every is not None:
+        grid = resampled(placed, covariance, settings.every)
+        placed, covariance, even = grid.placed, grid.covariance, grid.even
+    offsets = placed.offsets
     smoothing = settings.smoothing
     verb = group.filter.filter if smoothing is None else partial(group.filter.smooth, **smoothing)
     begin = 0
@@ -209,7 +239,13 @@ def _chunks(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.Dat
             )
             if waiting:
                 yield waiting.result()
-            waiting = worker.submit(tracks_table, some, estimate, absolute)
+            waiting = worker.submit(_table, some, estimate, absolute, None if even is None else even[rows])
             begin = end
         if waiting:
             yield waiting.result()
+
+
+def _table(placed: Placed, estimate: Any, absolute: bool, even: np.ndarray | None) -> pl.DataFrame:
+    """The rows of some parts; with a mark for those at even times, where there are such."""
+    table = tracks_table(placed, estimate, absolute)
+    return table if even is None else table.with_columns(even=pl.Series(even))

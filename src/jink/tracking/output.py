@@ -14,6 +14,7 @@ import polars as pl
 
 from ..estimate import STATUS, Status
 from ..io.geodesy import DevelopedFrame, SiteFrame
+from ..io.kept import unmarked
 from .placing import Placed
 
 SLOW = 1e-6  # m/s: below this speed a course means nothing
@@ -87,7 +88,7 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
     )
     if absolute:
         table = table.with_columns((pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC")))
-    return table.select(_ordered(table.columns))
+    return table.select(_ordered(table.columns)).with_columns(**unmarked(placed.rows, table.columns))
 
 
 def _ordered(names: list[str]) -> list[str]:

@@ -44,6 +44,7 @@ class Settings:
     check: bool = True
     threads: int | None = None
     velocity: bool = True
+    every: float | None = None
 
     def __post_init__(self) -> None:
         kind_of(self.kind)
