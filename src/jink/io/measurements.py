@@ -46,7 +46,7 @@ class Measurements:
     `rows` has file, row, target, source, time (seconds, since 1970 when `absolute`), the position's
     components (NaN: missing), speed and the other rates that the table has (`rates.py`), position_sd and altitude_sd
     (as each row states; NaN: not stated), dilution (how much rougher a row is than the middle one) and grounded (the
-    altitude was filled in on the ground). `rate_notes` are of interest where the rates are used.
+    altitude was filled in on the ground); on_ground where a column says so. `rate_notes` are of interest where the rates are used.
     """
 
     rows: pl.DataFrame
@@ -96,6 +96,7 @@ def measure(
     if times.absolute and not stream:
         seconds, notes = mend(seconds, sheet.codes(), first, second, sheet.position)
         noticed += notes
+    ground = grounded(sheet)
     ground_sd = np.full(frame.height, np.nan) if stream else _on_the_ground(sheet, values, seconds)
     if check_coordinates:
         problems += refused(sheet)
@@ -117,6 +118,7 @@ def measure(
         *marked(frame, carried),
         pl.Series("dilution", dilution(sheet)),
         pl.Series("grounded", np.isfinite(ground_sd)),
+        *([pl.Series("on_ground", ground)] if ground.any() else []),
         pl.Series("altitude_sd", np.where(np.isnan(ground_sd), altitude_sd.to_numpy(), ground_sd)),
     )
     rejected, good = _reject(rows, problems)

@@ -88,6 +88,8 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
     )
     if absolute:
         table = table.with_columns((pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC")))
+    if "on_ground" in placed.rows.columns:
+        table = table.with_columns(on_ground=placed.rows["on_ground"])
     return table.select(_ordered(table.columns)).with_columns(**unmarked(placed.rows, table.columns))
 
 
@@ -97,6 +99,7 @@ def _ordered(names: list[str]) -> list[str]:
         "manoeuvring",
         "segment",
         "status",
+        "on_ground",
         "measured_x",
         "measured_y",
         "measured_z",

@@ -20,6 +20,7 @@ from ..io.geodesy import SiteFrame
 from ..io.measurements import Measurements
 from . import range_rate, velocity_use
 from .cleaning import Cleaned, Cleaning, changes, clean
+from .converted import as_positions
 from .held_out import Used
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
@@ -125,7 +126,7 @@ def prepare(measurements: Measurements, settings: Settings) -> Prepared:
 def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
     level = noise_levels(placed, settings.sensor_sd, settings.kind)
     named = settings.filter is None or isinstance(settings.filter, str)
-    polar, used = placed.components[0] == "range", Used()
+    polar, converted, used = placed.components[0] == "range", False, Used()
     if named and settings.velocity:
         use = range_rate.with_range_rate if polar else velocity_use.with_velocity
         placed, level, used = use(
@@ -133,13 +134,14 @@ def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
         )
     elif not named:
         placed, level = _as_measured(placed, level, settings.filter)
+        converted = polar and placed.components[0] != "range"
     purpose, filter = choose(placed.components, level.typical, pace, settings)
     covariance = None
     # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
     if named or getattr(filter, "fitted", {}).get("noise") == "of each row":
         begin_with_height(placed, level.covariance)
         covariance = None if level.uniform else level.covariance
-    elif settings.sensor_sd:
+    elif settings.sensor_sd or converted:
         covariance = level.covariance
     return Group(placed, level, purpose, filter, covariance, used)
 
@@ -149,6 +151,8 @@ def _as_measured(placed: Placed, level: NoiseLevel, filter: Any) -> tuple[Placed
     wanted = getattr(next(iter(getattr(filter, "sensors", ())), None), "components", ())
     if "range_rate" in wanted and placed.components[0] == "range":
         return range_rate.as_measured(placed, level)
+    if tuple(wanted) == ("x", "y", "z")[: placed.axes] and placed.components[0] == "range":
+        return as_positions(placed, level)
     if "vx" in wanted and placed.components[0] != "range":
         return velocity_use.as_measured(placed, level)
     return placed, level
