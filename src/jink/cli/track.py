@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
 import time as clock
 from collections.abc import Iterator
@@ -17,7 +16,7 @@ import typer
 
 from ..io.errors import InputError
 from .exit_status import exit_status
-from .request import FLAG, check_kind, completed_from, parse_columns, words_of
+from .request import FLAG, check_kind, completed_from, parse_columns, parse_sites, words_of
 
 OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
 PLOTS = "Plots without identity"
@@ -220,11 +219,12 @@ class TrackRequest:
         ),
     ] = None
     site: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
             metavar="LAT,LON",
             rich_help_panel=INPUT,
-            help="Where the radar stands, also as LAT,LON,ALTITUDE. It puts x and y on the map.",
+            help="Where the radar stands, also as LAT,LON,ALTITUDE. It puts x and y on the map. "
+            "Of several radars one each: NAME=LAT,LON, where NAME is the source (a column, or the file).",
         ),
     ] = None
     anonymous: Annotated[
@@ -328,38 +328,26 @@ def run_track(request: TrackRequest) -> int:
     )
 
 
-def parse_site(given: str | None) -> tuple[float, ...] | None:
-    """`48.1,11.6,520` to latitude, longitude (degrees) and altitude (m, 0 if left out). Errors: InputError."""
-    if given is None:
-        return None
-    try:
-        values = tuple(float(item) for item in given.split(","))
-    except ValueError:
-        values = (math.nan, math.nan)
-    if len(values) not in (2, 3) or not (abs(values[0]) <= 90.0 and abs(values[1]) <= 360.0):
-        raise InputError(f"--site is {given!r}; expected LATITUDE,LONGITUDE[,ALTITUDE] (degrees, metres)")
-    return values
-
-
 def settings_of(request: TrackRequest) -> tuple[Any, Any]:
     """What reading and tracking need to know."""
     from ..catalogue.choose import load_filter
-    from ..io.geodesy import SiteFrame
     from ..io.loading import Reading
     from ..tracking.batch import Settings
     from ..tracking.lag import Lag
     from ..tracking.noise_level import parse_sensor_sd
+    from ..tracking.prepare import sites_of
     from ..tracking.resampling import parse_every
 
     check_kind(request.kind)
-    site = parse_site(request.site)
+    site, sites = sites_of(parse_sites(request.site))
     settings = Settings(
         filter=load_filter(request.filter),
         kind=request.kind,
         smooth=request.smooth,
         lag=Lag.of(request.lag),
         sensor_sd=parse_sensor_sd(request.sensor_sd),
-        site=SiteFrame(*site) if site else None,
+        site=site,
+        sites=sites,
         gap=request.gap,
         min_points=request.min_points,
         sort=not request.no_sort,
@@ -446,7 +434,7 @@ def _run_files(request: TrackRequest) -> int:
         from ..tracking.batch import run
 
         loaded = load_files(request.inputs, reading, lambda done, total: progress("reading", done, total))
-        if kind in MAPS and loaded.measurements.position != "geographic" and settings.site is None:
+        if kind in MAPS and loaded.measurements.position != "geographic" and not (settings.site or settings.sites):
             raise InputError(
                 f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
             )

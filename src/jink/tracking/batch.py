@@ -15,7 +15,6 @@ import polars as pl
 
 from ..io.conventions import Conventions
 from ..io.errors import InputError
-from ..io.geodesy import SiteFrame
 from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
@@ -24,7 +23,7 @@ from .noise_level import parse_sensor_sd
 from .output import tracks_table
 from .placing import Placed
 from .plausibility import Finding, as_dicts, findings
-from .prepare import Group, Settings, prepare
+from .prepare import Group, Settings, prepare, sites_of
 from .resampling import parse_every, resampled
 from .summary import reasons, summarise
 
@@ -50,7 +49,7 @@ def track(
     lag: int | str | None = None,
     columns: Mapping[str, str] | None = None,
     sensor_sd: float | str | Mapping[str, float] | None = None,
-    site: tuple[float, ...] | None = None,
+    site: Sequence[float] | Mapping[str, Sequence[float]] | None = None,
     gap: float | None = None,
     min_points: int = 4,
     sort: bool = True,
@@ -83,7 +82,8 @@ def track(
     smooth: every estimate uses its whole track; lag: only what was measured up to so many scans (2) or seconds ("8s")
     later. columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component
     (`{"range": 50, "azimuth_deg": 0.1}`); None: from columns of accuracy or estimated. site: latitude, longitude and
-    altitude of a radar. day_first, time_format (strftime), time_zone: how text dates are read. axes: "enu" or "ned";
+    altitude of a radar, or of several by the names of their sources.
+    day_first, time_format (strftime), time_zone: how text dates are read. axes: "enu" or "ned";
     azimuth_from: "north" (clockwise) or "east" (counter-clockwise). gap: seconds without a position that begin a new
     part (0: never). anonymous: plots do not say whose they are; True, or any of detection, clutter, new_per_hour,
     drop_after, period and association by name (docs/plots-without-names.md). A table without identity, in which
@@ -93,13 +93,15 @@ def track(
     predicted where nothing was measured, instead of one per input row.
     Raises InputError (a ValueError).
     """
+    alone, sites = sites_of({} if site is None else site if isinstance(site, Mapping) else {"": site})
     settings = Settings(
         filter=filter,
         kind=kind,
         smooth=smooth,
         lag=Lag.of(lag),
         sensor_sd=parse_sensor_sd(sensor_sd),
-        site=SiteFrame(*site) if site is not None else None,
+        site=alone,
+        sites=sites,
         gap=gap,
         min_points=min_points,
         sort=sort,
@@ -144,6 +146,8 @@ def run(
     """Clean, place, filter; the summary says what was done. Plots without identity are given to targets first, where
     that is asked for, or where the table shows it. Raises InputError when no track is left, or none is plausible."""
     if anonymous is not None or is_anonymous(loaded.measurements):
+        if settings.sites:
+            raise InputError("site: plots without identity are tracked from one site; give one")
         if settings.every is not None:
             raise InputError("every: plots without identity are tracked scan by scan; leave it out")
         tracked = Tracked(*run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress))

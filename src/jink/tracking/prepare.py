@@ -25,6 +25,7 @@ from .held_out import Used
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
+from .several_sites import to_the_map
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class Settings:
     threads: int | None = None
     velocity: bool = True
     every: float | None = None
+    sites: dict[str, SiteFrame] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         kind_of(self.kind)
@@ -112,6 +114,8 @@ class Prepared:
 
 def prepare(measurements: Measurements, settings: Settings) -> Prepared:
     """Clean, place, tell the noise and choose filters; the measurements' own rows are let go. Errors: InputError."""
+    if settings.sites:
+        to_the_map(measurements, settings.sites, settings.sensor_sd, settings.kind)
     pace = Pace.of(usual_step(measurements.rows), settings)
     fastest = kind_of(settings.kind).speed if settings.check else 0.0
     how = Cleaning(pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale, fastest)
@@ -163,6 +167,12 @@ def choose(components: Sequence[str], sd: Mapping[str, float], pace: Pace, setti
     radius = settings.site.earth_radius if settings.site else EARTH_RADIUS
     purpose = purpose_of(components, sd, settings.kind, pace.wait, pace.step or 1.0, radius)
     return purpose, chosen(settings.filter, purpose, components)
+
+
+def sites_of(given: Mapping[str, Sequence[float]]) -> tuple[SiteFrame | None, dict[str, SiteFrame]]:
+    """The one site without a name, and sites by the names of their sources."""
+    frames = {name: SiteFrame(*place) for name, place in given.items()}
+    return frames.pop("", None), frames
 
 
 def usual_step(rows: pl.DataFrame) -> float:
