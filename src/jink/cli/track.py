@@ -109,6 +109,12 @@ class TrackRequest:
         bool,
         typer.Option("--quiet", "-q", rich_help_panel=OUTPUT, help="Print no progress and no summary.", **FLAG),
     ] = False
+    timings: Annotated[
+        bool,
+        typer.Option(
+            "--timings", rich_help_panel=OUTPUT, help="Say how long each stage took, on standard error.", **FLAG
+        ),
+    ] = False
     smooth: Annotated[
         bool,
         typer.Option(
@@ -319,7 +325,7 @@ class TrackRequest:
 
 def run_track(request: TrackRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable input or request."""
-    work = _run_live if "-" in request.inputs else _run_files
+    work = _run_live if "-" in request.inputs else _run_timed if request.timings else _run_files
     return exit_status(
         lambda: work(request),
         mistakes=InputError,
@@ -402,6 +408,7 @@ def _run_live(request: TrackRequest) -> int:
         (request.json, "--json"),
         (request.keep, "--keep"),
         (request.every, "--every"),
+        (request.timings, "--timings"),
     ):
         if given:
             raise InputError(f"{option} needs the whole track; 'jink track -' writes JSON Lines to standard output")
@@ -409,7 +416,19 @@ def _run_live(request: TrackRequest) -> int:
     return 0
 
 
-def _run_files(request: TrackRequest) -> int:
+def _run_timed(request: TrackRequest) -> int:
+    """Files, and what each stage took."""
+    from ..io.stages import recorded
+    from ..report.timings_table import show_timings
+
+    with recorded() as ledger:
+        status = _run_files(request, ledger)
+    if not request.json:
+        show_timings(ledger.figures(), ledger.rows)
+    return status
+
+
+def _run_files(request: TrackRequest, ledger: Any = None) -> int:
     from ..io.files import expand
     from ..io.writing import MAPS, check_apart, check_writable, format_of
 
@@ -442,6 +461,9 @@ def _run_files(request: TrackRequest) -> int:
         written = _write(tracked, output, kind, report, progress)
     tracked.summary["written"] = [str(path) for path in written]
     tracked.summary["seconds"] = clock.perf_counter() - began
+    if ledger is not None:
+        ledger.rows = tracked.summary["rows"]
+        tracked.summary["timings"] = ledger.figures()
     if request.json:
         sys.stdout.write(json.dumps(tracked.summary, indent=2, ensure_ascii=False, default=str) + "\n")
     elif answered:

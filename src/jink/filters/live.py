@@ -28,7 +28,9 @@ class LiveBatch:
         sensors: int,
         axes: int,
         outputs: Sequence[str] | None,
+        again: tuple[Any, int, int, Sequence[str] | None],
     ) -> None:
+        self._again = again
         self._live, self.n, self._estimate = live, n, estimate
         self._columns, self._sensors, self._axes = columns, sensors, axes
         wanted = OUTPUTS if outputs is None else tuple(outputs)
@@ -87,6 +89,10 @@ class LiveBatch:
         """Go on from a saved state."""
         self._live.restore(state)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled as its filter and its state; the past that a lag looks back on is not part of it."""
+        return started_many, (*self._again, self.save(), self._last)
+
     def _times(self, t: ArrayLike) -> np.ndarray:
         times = np.ascontiguousarray(np.atleast_1d(np.asarray(seconds(t), dtype=float)))
         if times.shape not in ((1,), (self.n,)) or not np.isfinite(times).all():
@@ -102,3 +108,17 @@ class LiveBatch:
         slots = [*(results.get(name) for name in OUTPUTS[:-1]), status]
         self._live.update(times, rows, which, noise, known, slots, predict_only)
         return self._estimate({**results, "status": status})
+
+
+def started(filter: Any, lag: int, state: bytes) -> Any:
+    """One live target from a copy of its state."""
+    return filter.start(lag=lag, state=state)
+
+
+def started_many(
+    filter: Any, n: int, lag: int, outputs: Sequence[str] | None, state: bytes, last: np.ndarray
+) -> LiveBatch:
+    """Live targets from a copy of their state."""
+    live = filter.start(n, lag=lag, state=state, outputs=outputs)
+    live._last = last.copy()
+    return live

@@ -23,6 +23,7 @@ from .formats import json as json_text
 from .formats import nested
 from .formats.registry import FORMATS
 from .rejected import unreadable
+from .stages import stage
 
 HEAD = 1 << 16  # bytes that tell the format
 Rows = tuple[pl.DataFrame, pl.DataFrame]
@@ -103,6 +104,7 @@ def open_tables(path: Path) -> Iterator[Table]:
         yield _from_bytes(file, content)
 
 
+@stage("read")
 def open_table(path: Path) -> Table:
     """Recognise a file's format by its first bytes and read its column names, or raise InputError."""
     file = str(path)
@@ -182,7 +184,7 @@ def _from_bytes(file: str, content: bytes) -> Table:
         content = content.decode("utf-16", errors="replace").encode()
     content = content.removeprefix(b"\xef\xbb\xbf")
     start = content[:4096].lstrip()[:1]
-    if not content.strip():
+    if not start and not content.strip():
         raise InputError(f"{file} is empty")
     head = content[:HEAD].lstrip()
     for known in FORMATS:

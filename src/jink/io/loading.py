@@ -16,6 +16,7 @@ from .kept import alike, check_kept, kept
 from .layouts import Layout, layout_of
 from .meaning import doubtful
 from .measurements import Measurements, measure
+from .stages import stage
 
 
 @dataclass(frozen=True)
@@ -154,6 +155,7 @@ def _filled(conventions: Conventions, layout: Layout) -> Conventions:
     return replace(conventions, **own)
 
 
+@stage("read")
 def _read(table: Table, columns: Columns, carried: Sequence[str]) -> Rows:
     """The columns that are needed or kept, and, where their values raise doubt, others that may be meant."""
     wanted = list(dict.fromkeys([*_wanted(table.file, columns), *carried]))

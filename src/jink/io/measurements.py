@@ -27,6 +27,7 @@ from .meaning import understand
 from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
 from .rates import rates
 from .sheet import Problem, Sheet
+from .stages import stage
 from .values import numbers, texts
 
 FOOT = 0.3048
@@ -60,6 +61,7 @@ class Measurements:
     rate_notes: list[str] = field(default_factory=list)
 
 
+@stage("recognise")
 def measure(
     file: str | None,
     frame: pl.DataFrame,

@@ -16,6 +16,7 @@ import polars as pl
 
 from .errors import InputError
 from .map_writing import write_gpx, write_kml
+from .stages import stage
 
 FORMATS = {
     ".parquet": "parquet",
@@ -108,6 +109,7 @@ def _to_disk(path: Path) -> None:
         os.close(handle)
 
 
+@stage("write")
 def write_tracks(tracks: pl.DataFrame, path: Path | IO[bytes], kind: str) -> None:
     """Write to `path` (any name, or an open stream) in the format `kind`; nulls are empty in CSV and null in JSON."""
     if kind == "parquet":
@@ -130,6 +132,7 @@ def write_tracks(tracks: pl.DataFrame, path: Path | IO[bytes], kind: str) -> Non
         writers[kind](tracks, handle)
 
 
+@stage("write")
 def compress(path: Path) -> None:
     """Replace a file's content by its gzip form."""
     content = path.read_bytes()

@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from ..io.measurements import DIMENSIONS
+from ..io.stages import stage
 
 STALE_SPEED = 0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
 STALE_SPEED_AT_END = 5.0  # m/s: the same at the end of a track, where no next position tells
@@ -50,6 +51,7 @@ class Cleaned:
             self.rows = self.rows.filter(~mask)
 
 
+@stage("clean")
 def clean(rows: pl.DataFrame, position: str, how: Cleaning) -> Cleaned:
     """Sort, drop duplicates, blank stale positions, split at gaps, drop what is too short, in this order."""
     state = Cleaned(rows)

@@ -13,6 +13,7 @@ import polars as pl
 from ..catalogue.targets import KINDS
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
+from ..io.stages import stage
 from ..io.units import ANGLE, LENGTH, SPEED, TIME
 from .cleaning import changes
 from .placing import Placed
@@ -74,6 +75,7 @@ def parse_sensor_sd(given: float | str | Mapping[str, float] | None) -> dict[str
     return values
 
 
+@stage("noise")
 def noise_levels(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
     """Noise of every row of `placed`, from what is given, stated and estimated, in this order."""
     if placed.components[0] == "range":

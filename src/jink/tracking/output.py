@@ -15,6 +15,7 @@ import polars as pl
 from ..estimate import STATUS, Status
 from ..io.geodesy import DevelopedFrame, SiteFrame
 from ..io.kept import unmarked
+from ..io.stages import stage
 from .placing import Placed
 
 SLOW = 1e-6  # m/s: below this speed a course means nothing
@@ -58,6 +59,7 @@ class State:
         return np.sqrt(np.maximum(variance, 0.0))
 
 
+@stage("table")
 def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
     """One row per row of `placed`: the columns that `jink.track` documents, nulls where nothing is known."""
     state = State(estimate.x, estimate.P, estimate.components)

@@ -10,6 +10,7 @@ import polars as pl
 
 from ..catalogue.choose import EARTH_RADIUS
 from ..io.geodesy import DevelopedFrame, SiteFrame, develop
+from ..io.stages import stage
 from ..models.observed import to_positions
 from .cleaning import changes
 
@@ -48,6 +49,7 @@ class Placed:
         return replace(self, **cut, frame=frame)
 
 
+@stage("place")
 def place(
     rows: pl.DataFrame,
     position: str,

@@ -13,7 +13,7 @@ from ..columns import normal
 from ..errors import InputError
 from ..rejected import unreadable
 from ..roles import POSITIONS, ROLES
-from .head import body, is_number
+from .head import body, first_line, is_number
 
 MISSING = ["", "NA", "N/A", "NaN", "nan", "NAN", "null", "NULL", "None", "none", "-", "--", "\\N"]
 
@@ -27,7 +27,7 @@ class CsvText:
     def __init__(self, file: str, content: bytes):
         found = body(content)
         self.file, self.content, self.separator, self.notes = file, found.content, found.separator, found.notes
-        first = self.content.split(b"\n", 1)[0].decode("utf-8", errors="replace").rstrip("\r")
+        first = first_line(self.content).decode("utf-8", errors="replace").rstrip("\r")
         self.names = [name.strip() for name in next(csv.reader([first], delimiter=self.separator), [])]
         if self.names and all(is_number(name) for name in self.names):
             raise InputError(
