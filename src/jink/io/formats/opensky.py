@@ -65,6 +65,6 @@ FORMAT = Format(
     recognises,
     read,
     "a state vector or a way point; several responses as JSON Lines",
-    "icao24, latitude, longitude, geo_altitude or baro_altitude (m), on_ground, velocity, vertical_rate (m/s), true_track",
+    "icao24, latitude, longitude, geo_altitude or baro_altitude (m), on_ground, velocity, vertical rate (m/s), track",
     "time_position, seconds since 1970",
 )
