@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..io.errors import InputError
+from ..io.stages import stage
 from .held_out import WORTH, Choose, Used, gain, measured_places, position_scores, sample_of
 from .noise_level import NoiseLevel
 from .placing import Placed
@@ -19,6 +20,7 @@ LEAST = 1e-3  # m/s
 CAUTIOUS, UNKNOWN_SPEED = 3.0, 1e4  # sds of an unknown velocity that are allowed for, and the largest (m/s)
 
 
+@stage("noise")
 def with_range_rate(
     placed: Placed, level: NoiseLevel, given: Mapping[str, float], choose: Choose
 ) -> tuple[Placed, NoiseLevel, Used]:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..io.errors import InputError
+from ..io.stages import stage
 from .held_out import WORTH, Choose, Used, gain, measured_places, position_scores, sample_of
 from .noise_level import NoiseLevel
 from .placing import Placed
@@ -29,6 +30,7 @@ UNITS = {"velocity": "speed_kt", "vertical_rate": "vertical_rate_fpm"}
 ANOTHER_UNIT = (0.7, 1.4)  # reported over found speed: beyond, the report is in another unit, or is another quantity
 
 
+@stage("noise")
 def with_velocity(
     placed: Placed, level: NoiseLevel, given: Mapping[str, float], choose: Choose
 ) -> tuple[Placed, NoiseLevel, Used]:
@@ -162,8 +164,8 @@ def _sds(
         if known.sum() < ENOUGH:
             continue
         scatter, doubt = MEDIAN * float(np.median(np.abs(error[known]))), float(np.median(own[known, columns]))
-        speeds = (np.linalg.norm(each[known, columns], axis=1) for each in (said, x))
-        ratio = _ratio(*speeds, doubt)
+        there, here = (np.linalg.norm(each[known, columns], axis=1) for each in (said, x))
+        ratio = _ratio(there, here, doubt)
         if not ANOTHER_UNIT[0] < ratio < ANOTHER_UNIT[1]:
             notes.append(
                 f"the reported {name.replace('_', ' ')} is not used: it is {ratio:.2g} times what the positions show; "
