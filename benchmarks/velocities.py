@@ -19,7 +19,6 @@ import polars as pl
 from jink.io.loading import Loaded, Reading, load_files
 from jink.tracking.held_out import Used, gain, measured_places, position_scores
 from jink.tracking.prepare import Group, Pace, Settings, choose, prepare
-from jink.tracking.reported import rates_of
 from jink.tracking.velocity_use import as_decided
 
 FLIGHTS = Path(__file__).parents[1] / "examples" / "flights.parquet"
@@ -42,9 +41,7 @@ def group_of(path: Path, which: int, settings: Settings) -> Group:
 
 def with_rates(group: Group, used: Used) -> Group:
     """The same flights with the reports that others have shown to help."""
-    rates = rates_of(group.placed)
-    assert rates is not None
-    placed, level = as_decided(group.placed, group.level, rates, used)
+    placed, level = as_decided(group.placed, group.level, used)
     pace = Pace.of(1.0, Settings())
     return replace(
         group, placed=placed, level=level, filter=choose(placed.components, level.typical, pace, Settings())[1]

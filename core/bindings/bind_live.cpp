@@ -2,7 +2,7 @@
 #include <nanobind/stl/string.h>
 
 #include "bindings/live_checks.hpp"
-#include "run/live.hpp"
+#include "bindings/live_results.hpp"
 
 namespace {
 
@@ -28,14 +28,6 @@ template <class... Sizes> nb::object new_array(double *&data, Sizes... sizes) {
     data = static_cast<double *>(view.buf);
     PyBuffer_Release(&view);  // the array keeps its memory
     return array;
-}
-
-// Of every mode of the set, of which a track may run a few.
-template <class T> std::vector<T> set_probability(const Composition<T> &c, const Snapshot<T> &s) {
-    if (!c.proposes()) return s.probability;
-    std::vector<T> all(c.members());
-    Proposal<T>(c).spread(s.alive, s.probability.data(), all.data());
-    return all;
 }
 
 nb::object estimate_array(const Estimate &e, bool covariance) {
@@ -193,34 +185,7 @@ class LiveMany : public Live<Pack> {
         for (int p = 0; p < packs(); ++p) {
             if (predict_only) Live<Pack>::predict(p, rows.time, rows.one_time, s);
             else Live<Pack>::update(p, rows, pointers[4] ? with_nis : plain, s);
-            write(p, s, combine, pointers, status);
-        }
-    }
-
-  private:
-    void write(int p, const Snapshot<Pack> &s, Combine<Pack> &combine, double *const *to, unsigned char *status) {
-        const int n = c->reported.n, m = c->members();
-        Pack x[largest_state], P[packed_size(largest_state)];
-        if (to[0] || to[1]) combine(s.arena.data(), s.probability.data(), x, to[1] ? P : nullptr);
-        for (std::size_t i = 0; i < s.correction.size(); ++i) x[i] = x[i] + s.correction[i];
-        const std::vector<Pack> probability = set_probability(*c, s);
-        for (int l = 0; l < lanes && p * lanes + l < targets(); ++l) {
-            const int at = p * lanes + l;
-            const bool live = lane(s.started, l);
-            const Outcome<Pack> &o = s.outcome;
-            for (int r = 0; r < n && to[0]; ++r) to[0][at * n + r] = live ? x[r][l] : NAN;
-            for (int r = 0; r < n && to[1]; ++r)
-                for (int q = 0; q < n; ++q) to[1][(at * n + r) * n + q] = live ? P[packed(r, q)][l] : NAN;
-            for (int j = 0; j < m && to[2]; ++j) to[2][at * m + j] = live ? probability[j][l] : NAN;
-            const bool scored = lane(o.scored, l);
-            if (to[3]) to[3][at] = o.log_likelihood[l];
-            if (to[4]) to[4][at] = scored ? o.nis[l] : NAN;
-            if (to[5]) to[5][at] = scored ? o.dof[l] : 0.0;
-            if (to[6]) to[6][at] = s.time[l];
-            status[at] = static_cast<unsigned char>(!live ? Status::none
-                         : lane(o.initialised, l) ? (lane(o.restarted, l) ? Status::restarted : Status::initialised)
-                         : lane(o.gated, l) ? Status::gated
-                         : lane(o.measured, l) ? Status::updated : Status::predicted);
+            write_results(*c, s, combine, p * lanes, std::min(lanes, targets() - p * lanes), pointers, status);
         }
     }
 };

@@ -130,7 +130,7 @@ template <class T> class Live {
         states = std::move(taken);
     }
 
-  private:
+  protected:
     Step<T> step;
     Aid<T> aid;
     Smooth<T> back;

@@ -483,6 +483,7 @@ class Engine:
     ) -> None: ...
     def one(self, lag: int, filter: object | None = None) -> LiveOne: ...
     def many(self, arg0: int, arg1: int, /) -> LiveMany: ...
+    def slots(self) -> LiveSlots: ...
     def association(self, rules: ManyRules, sensors: Sequence[SensorView]) -> Many: ...
 
 class Estimate:
@@ -570,6 +571,30 @@ class LiveMany:
     def time(self, arg: int, /) -> float: ...
     def save(self) -> bytes: ...
     def restore(self, arg: bytes, /) -> None: ...
+
+class LiveSlots:
+    def begin_all(
+        self,
+        x: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        P: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    ) -> None:
+        """Let new targets start from a given state."""
+
+    def take(self) -> int:
+        """A slot for a new target."""
+
+    def release(self, slot: int) -> None:
+        """The slot's target has gone."""
+
+    @property
+    def in_use(self) -> int: ...
+    def update(
+        self,
+        slots: Annotated[NDArray[numpy.int32], dict(order="C", device="cpu", writable=False)],
+        t: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        results: list,
+    ) -> None: ...
 
 def marginals(
     begin: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],

@@ -164,6 +164,14 @@ class TrackRequest:
         ),
     ] = False
     threads: Annotated[int | None, typer.Option(metavar="N", help="Number of threads. Default: all cores.")] = None
+    memory: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SIZE",
+            help="How much memory may be used, such as 2GB; larger tables are tracked share by share. "
+            "Default: a quarter of the machine's.",
+        ),
+    ] = None
     columns: Annotated[
         list[str] | None,
         typer.Option(
@@ -429,8 +437,8 @@ def _run_timed(request: TrackRequest) -> int:
 
 
 def _run_files(request: TrackRequest, ledger: Any = None) -> int:
-    from ..io.files import expand
-    from ..io.writing import MAPS, check_apart, check_writable, format_of
+    from ..io.files import expand, name_of
+    from ..io.writing import check_apart, check_writable, format_of
 
     began = clock.perf_counter()
     if request.quiet and not (request.output or request.report or request.json):
@@ -449,17 +457,12 @@ def _run_files(request: TrackRequest, ledger: Any = None) -> int:
     reading, settings = settings_of(request)
     anonymous = anonymous_of(request)
     with _progress(request) as progress:
-        from ..io.loading import load_files
-        from ..tracking.batch import run
-
-        loaded = load_files(request.inputs, reading, lambda done, total: progress("reading", done, total))
-        if kind in MAPS and loaded.measurements.position != "geographic" and not (settings.site or settings.sites):
-            raise InputError(
-                f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
-            )
-        tracked = run(loaded, settings, progress, anonymous)
-        written = _write(tracked, output, kind, report, progress)
-    tracked.summary["written"] = [str(path) for path in written]
+        done = _large(request, reading, settings, anonymous, output, kind, progress)
+        if done is None:
+            tracked, written = _in_memory(request, reading, settings, anonymous, output, kind, progress)
+        else:
+            tracked, written = done
+    tracked.summary["written"] = [name_of(path) for path in written]
     tracked.summary["seconds"] = clock.perf_counter() - began
     if ledger is not None:
         ledger.rows = tracked.summary["rows"]
@@ -472,11 +475,47 @@ def _run_files(request: TrackRequest, ledger: Any = None) -> int:
         from ..report.summary_table import show
 
         show(tracked.summary)
-        if not written:
+        if not written and tracked.tracks is not None:
             from ..report.first_tracks import show_first
 
             show_first(tracked.tracks)
     return 0
+
+
+def _in_memory(
+    request: TrackRequest, reading: Any, settings: Any, anonymous: Any, output: Path | None, kind: str, progress: Any
+) -> tuple[Any, list[Path]]:
+    """All files at once: the tracks, and what was written."""
+    from ..io.loading import load_files
+    from ..io.writing import MAPS
+    from ..tracking.batch import run
+
+    loaded = load_files(request.inputs, reading, lambda done, total: progress("reading", done, total))
+    if kind in MAPS and loaded.measurements.position != "geographic" and not (settings.site or settings.sites):
+        raise InputError(
+            f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
+        )
+    tracked = run(loaded, settings, progress, anonymous)
+    return tracked, _write(tracked, output, kind, Path(request.report) if request.report else None, progress)
+
+
+def _large(
+    request: TrackRequest, reading: Any, settings: Any, anonymous: Any, output: Path | None, kind: str, progress: Any
+) -> tuple[Any, list[Path]] | None:
+    """The same share by share, without the tracks; None where memory suffices, or the table cannot be divided."""
+    from ..tracking.batch import Tracked
+    from ..tracking.large import fits
+    from ..tracking.large_files import memory_of, track_large
+
+    memory = memory_of(request.memory)
+    if anonymous is not None or request.report or request.output == "-" or fits(request.inputs, memory):
+        return None
+    if settings.every is not None or settings.sites:
+        return None
+    rejected = rejected_path(output) if output else None
+    to = (output, kind) if output else None
+    done = track_large(request.inputs, reading, settings, memory, to, rejected, progress)
+    return done and (Tracked(None, None, done[0]), done[1])
 
 
 def _answer(tracked: Any, quiet: bool) -> None:
@@ -510,7 +549,8 @@ def _write(tracked: Any, output: Path | None, kind: str, report: Path | None, pr
 
                 write_report(tracked.tracks, name, summary=tracked.summary)
             else:
-                tracked.rejected.write_parquet(name)
+                with name.open("wb") as handle:
+                    tracked.rejected.write_parquet(handle)
     return wanted
 
 

@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,12 +20,13 @@ from ..models.non_manoeuvring import non_manoeuvring_modes
 from ..models.observed import Observed
 from ..models.outliers import Outliers
 from ..models.start import OnePoint, Prior, TwoPoint
-from .live import LiveBatch
+from .live import LiveBatch, LiveTarget
 from .parts import Parts, is_fixed, native_mode
 from .plain import VERSION, plain, write
 from .results import allocate
 from .rows import Batch, prior_of_tracks
 from .rules import declared_rules
+from .slots import Slots
 from .source import BatchSource
 
 
@@ -252,6 +253,14 @@ class Bank:
         batch = self._batch(time, z, offsets, sensor, covariance, input, initial)
         return self._run(batch, threads, outputs, out, smooth=True, until=batch.until(lag, lag_seconds))
 
+    @overload
+    def start(
+        self, n: None = None, *, lag: int = 0, state: bytes | None = None, outputs: Sequence[str] | None = None
+    ) -> LiveTarget: ...
+    @overload
+    def start(
+        self, n: int, *, lag: int = 0, state: bytes | None = None, outputs: Sequence[str] | None = None
+    ) -> LiveBatch: ...
     def start(
         self,
         n: int | None = None,
@@ -281,6 +290,18 @@ class Bank:
         if state is not None:
             live.restore(state)
         return live
+
+    def slots(self) -> Slots:
+        """Track live targets that come and go. Errors: TypeError for models of your own."""
+        if self.declaration is None:
+            raise TypeError(f"{type(self).__name__}: slots are for jink's own motion and sensor models")
+        live = self.engine.slots()
+        if isinstance(self.initial, Prior):
+            x, P = prior_of_tracks(self.initial, self.components, 1)
+            live.begin_all(x[0], P[0])
+        return Slots(
+            live, self._estimate, components=len(self.components), modes=len(self.motions), columns=self.columns
+        )
 
     def _many(self, n: int, lag: int, outputs: Sequence[str] | None) -> LiveBatch:
         return LiveBatch(

@@ -1,16 +1,109 @@
 """Many live targets at once."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import Array
 from ..estimate import Estimate
 from ..times import seconds
 from .rows import array_of, measurements, row_noise, sensor_index
 
 OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "nis", "nis_dof", "time", "status")
+
+
+class LiveEstimate(Protocol):
+    """One target's estimate, as one update of a live target gives it."""
+
+    @property
+    def time(self) -> float:
+        """Of the scan, s."""
+        ...
+
+    @property
+    def x(self) -> Array:
+        """Mean (n,)."""
+        ...
+
+    @property
+    def P(self) -> Array:
+        """Covariance (n, n)."""
+        ...
+
+    @property
+    def mode_probability(self) -> Array:
+        """Of each mode (M,)."""
+        ...
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of the scan's measurement."""
+        ...
+
+    @property
+    def nis(self) -> float:
+        """Of the scan's innovation, NaN where there is none."""
+        ...
+
+    @property
+    def nis_dof(self) -> float:
+        """How many components were measured."""
+        ...
+
+    @property
+    def status(self) -> str:
+        """One of :data:`jink.STATUS`."""
+        ...
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of x."""
+        ...
+
+    def __getitem__(self, component: str, /) -> float:
+        """One component's estimate, by name."""
+        ...
+
+    def sd(self, component: str) -> float:
+        """One component's standard deviation, by name."""
+        ...
+
+
+class LiveTarget(Protocol):
+    """One target, followed scan by scan."""
+
+    def update(
+        self,
+        t: Any,
+        z: ArrayLike | None,
+        sensor: int = 0,
+        covariance: ArrayLike | None = None,
+        input: ArrayLike | None = None,
+    ) -> LiveEstimate:
+        """One measurement at time t; a missing one is None, a missing component NaN or None."""
+        ...
+
+    def predict(self, t: Any) -> LiveEstimate:
+        """The estimate expected at time t; the live state is not touched."""
+        ...
+
+    def begin(self, x: ArrayLike, P: ArrayLike, time: float) -> None:
+        """Start from a given state at a time."""
+        ...
+
+    def reset(self) -> None:
+        """Forget the target; the next position starts a new one."""
+        ...
+
+    def save(self) -> bytes:
+        """The state as bytes, the same on every machine."""
+        ...
+
+    def restore(self, state: bytes) -> None:
+        """Take up a saved state."""
+        ...
 
 
 class LiveBatch:

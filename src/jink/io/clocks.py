@@ -33,7 +33,7 @@ def read_times(
         series = series.cast(pl.String)
     if isinstance(series.dtype, pl.Datetime) or series.dtype == pl.Date:
         zone = getattr(series.dtype, "time_zone", None)
-        seconds = epoch_seconds(series.cast(pl.Datetime("us", zone)))
+        seconds = epoch_seconds(series)
         return Times(seconds if zone else in_zone(seconds, None, how), True, [])
     if series.dtype in (pl.Duration, pl.Time):
         seconds = series.cast(pl.Int64).cast(pl.Float64).fill_null(float("nan")).to_numpy() * _tick(series.dtype)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import glob
 import io
+import os
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,6 +25,7 @@ from .formats import nested
 from .formats.registry import FORMATS
 from .rejected import unreadable
 from .stages import stage
+from .unpacking import gunzip, most_unpacked, too_large, zstd_size
 
 HEAD = 1 << 16  # bytes that tell the format
 Rows = tuple[pl.DataFrame, pl.DataFrame]
@@ -96,18 +98,23 @@ def open_tables(path: Path) -> Iterator[Table]:
         return
     for member in packed:
         content = member.content()
-        file = f"{path}/{member.name}"
+        file = f"{name_of(path)}/{member.name}"
         if content.startswith(b"\x1f\x8b"):
             content = _unpacked(file, content)
         if content:
             check_foreign(file, content[:16])
-        yield _from_bytes(file, content)
+        yield open_content(file, content)
+
+
+def name_of(path: Path) -> str:
+    """A file's name as text; bytes that are not UTF-8 are shown as `\\xff`."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
 
 
 @stage("read")
 def open_table(path: Path) -> Table:
     """Recognise a file's format by its first bytes and read its column names, or raise InputError."""
-    file = str(path)
+    file = name_of(path)
     if path.is_fifo():
         return _from_pipe(file, path)
     try:
@@ -118,14 +125,15 @@ def open_table(path: Path) -> Table:
     if not head:
         raise InputError(f"{file} is empty")
     if head.startswith((b"\x1f\x8b", b"\x28\xb5\x2f\xfd")):
-        return _from_bytes(file, _decompress(path, head))
+        return open_content(file, _decompress(path, head))
     if head.startswith(b"PK\x03\x04") and len(packed := members(path)) == 1:
-        return _from_bytes(file, packed[0].content())
+        return open_content(file, packed[0].content())
     check_foreign(file, head)
     for magic, kind in MAGIC.items():
         if head.startswith(magic):
-            return _columnar(file, path, kind)
-    return _from_bytes(file, path.read_bytes())
+            # polars opens names that are UTF-8 alone
+            return _columnar(file, path if file == str(path) else io.BytesIO(path.read_bytes()), kind)
+    return open_content(file, path.read_bytes())
 
 
 def check_foreign(file: str, head: bytes) -> None:
@@ -138,45 +146,43 @@ def check_foreign(file: str, head: bytes) -> None:
 
 
 def _from_pipe(file: str, path: Path) -> Table:
-    content = path.read_bytes()
+    with path.open("rb") as handle:
+        content = handle.read(most_unpacked() + 1)
     if not content:
         raise InputError(f"{file} is empty")
+    if len(content) > most_unpacked():
+        raise too_large(file)
     if content.startswith(b"\x1f\x8b"):
         content = _unpacked(file, content)
     check_foreign(file, content[:16])
-    return _from_bytes(file, content)
+    return open_content(file, content)
 
 
 def _unpacked(file: str, content: bytes) -> bytes:
     try:
-        return _gunzip(content)
+        return gunzip(file, content)
     except (EOFError, zlib.error) as error:
         raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
 
 
 def _decompress(path: Path, head: bytes) -> bytes:
     """The content of a .gz or .zst file; polars brings the zstd decoder."""
+    file = name_of(path)
     try:
+        packed = path.read_bytes()
         if head.startswith(b"\x1f\x8b"):
-            return _gunzip(path.read_bytes())
-        return "\n".join(pl.read_lines(path)["line"].to_list()).encode()
+            return gunzip(file, packed)
+        if zstd_size(packed) > most_unpacked():
+            raise too_large(file)
+        return "\n".join(pl.read_lines(io.BytesIO(packed))["line"].to_list()).encode()
+    except InputError:
+        raise
     except (OSError, EOFError, zlib.error, pl.exceptions.PolarsError) as error:
-        raise InputError(f"{path} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
+        raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
 
 
-def _gunzip(packed: bytes) -> bytes:
-    """All members of a gzip file, a third faster than the standard library's own way."""
-    pieces = []
-    while packed:
-        member = zlib.decompressobj(wbits=31)
-        pieces.append(member.decompress(packed))
-        if not member.eof:
-            raise EOFError("the compressed data ends too early")
-        packed = member.unused_data.lstrip(b"\x00")
-    return pieces[0] if len(pieces) == 1 else b"".join(pieces)
-
-
-def _from_bytes(file: str, content: bytes) -> Table:
+def open_content(file: str, content: bytes) -> Table:
+    """Recognise the format of a file's content. Errors: InputError."""
     for magic, kind in MAGIC.items():
         if content.startswith(magic):
             return _columnar(file, io.BytesIO(content), kind)

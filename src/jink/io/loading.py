@@ -11,7 +11,7 @@ import polars as pl
 from .columns import Columns, recognise
 from .conventions import Conventions
 from .errors import InputError
-from .files import Rows, Table, expand, open_tables
+from .files import Rows, Table, expand, name_of, open_tables
 from .kept import alike, check_kept, kept
 from .layouts import Layout, layout_of
 from .meaning import doubtful
@@ -50,6 +50,44 @@ class Loaded:
     count: int
 
 
+@dataclass(frozen=True)
+class Opened:
+    """A file whose columns are recognised, and how its rows become measurements."""
+
+    file: str
+    columns: Columns
+    conventions: Conventions
+    notes: tuple[str, ...]
+    default_target: str
+    how: Reading
+    carried: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, table: Table, path: Path, how: Reading) -> Opened:
+        """By the names of its columns. Errors: InputError."""
+        columns, conventions, notes = recognised(table.file, table.names, how, table.fixed)
+        default = name_of(Path(path.name)).split(".")[0] or "0"
+        carried = tuple(kept(table.names, columns, how.keep))
+        return cls(table.file, columns, conventions, (*table.notes, *notes), default, how, carried)
+
+    def measured(self, frame: pl.DataFrame, *, some: bool = False) -> Measurements:
+        """Measurements of its rows; some: there are more rows. Errors: InputError."""
+        part = measure(
+            self.file,
+            frame,
+            self.columns,
+            altitude_unit=self.how.altitude_unit,
+            time_unit=self.how.time_unit,
+            default_target=self.default_target,
+            check_coordinates=self.how.check_coordinates,
+            conventions=self.conventions,
+            some=some,
+            carried=[name for name in self.carried if name in frame.columns],
+        )
+        part.notes[:0] = self.notes
+        return part
+
+
 def load_files(
     inputs: Sequence[str | Path], how: Reading, progress: Callable[[int, int], None] | None = None
 ) -> Loaded:
@@ -79,18 +117,17 @@ def load_files(
     if not parts:
         raise InputError("no file of the folder can be read:\n" + "\n".join(f"  {reason}" for reason in left_out))
     check_kept(how.keep, names)
-    together = _together(parts, files)
-    together.notes += [f"left out: {reason}" for reason in left_out[:5]]
+    whole = together(parts, files)
+    whole.notes += [f"left out: {reason}" for reason in left_out[:5]]
     if len(left_out) > 5:
-        together.notes.append(f"left out: {len(left_out) - 5} more files")
-    return Loaded(together, files, count)
+        whole.notes.append(f"left out: {len(left_out) - 5} more files")
+    return Loaded(whole, files, count)
 
 
 def _load(table: Table, how: Reading) -> tuple[Measurements, int]:
     """Measurements of one table, and the number of its rows. Errors: InputError."""
-    columns, conventions, notes = recognised(table.file, table.names, how, table.fixed)
-    carried = kept(table.names, columns, how.keep)
-    frame, unreadable = _read(table, columns, carried)
+    opened = Opened.of(table, Path(table.file), how)
+    frame, unreadable = _read(table, opened.columns, opened.carried)
     total = frame.height + unreadable.height
     if total == 0:
         raise InputError(f"{table.file} has columns but no rows")
@@ -98,18 +135,7 @@ def _load(table: Table, how: Reading) -> tuple[Measurements, int]:
         raise InputError(
             f"{table.file}: none of its {total} rows can be read; the first row: {unreadable['reason'][0]}"
         )
-    part = measure(
-        table.file,
-        frame,
-        columns,
-        altitude_unit=how.altitude_unit,
-        time_unit=how.time_unit,
-        default_target=Path(table.file).name.split(".")[0] or "0",
-        check_coordinates=how.check_coordinates,
-        conventions=conventions,
-        carried=carried,
-    )
-    part.notes[:0] = [*table.notes, *notes]
+    part = opened.measured(frame)
     part.rejected.append(unreadable.with_columns(file=pl.lit(table.file)))
     return part, total
 
@@ -121,7 +147,7 @@ def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
         raise InputError("the DataFrame has columns but no rows")
     check_kept(how.keep, frame.columns)
     carried = kept(frame.columns, columns, how.keep)
-    wanted = list(dict.fromkeys([*_wanted("the DataFrame", columns), *carried]))
+    wanted = list(dict.fromkeys([*wanted_names("the DataFrame", columns), *carried]))
     wanted += doubtful(frame.select(wanted), columns)
     measurements = measure(
         None,
@@ -158,13 +184,13 @@ def _filled(conventions: Conventions, layout: Layout) -> Conventions:
 @stage("read")
 def _read(table: Table, columns: Columns, carried: Sequence[str]) -> Rows:
     """The columns that are needed or kept, and, where their values raise doubt, others that may be meant."""
-    wanted = list(dict.fromkeys([*_wanted(table.file, columns), *carried]))
+    wanted = list(dict.fromkeys([*wanted_names(table.file, columns), *carried]))
     frame, unreadable = table.read(wanted)
     more = doubtful(frame, columns)
     return table.read([*wanted, *more]) if more else (frame, unreadable)
 
 
-def _wanted(where: str, columns: Columns) -> list[str]:
+def wanted_names(where: str, columns: Columns) -> list[str]:
     """Names of the columns to read; `row` is taken for the row's number."""
     names = sorted({column.name for column in columns.roles.values()})
     if "row" in names:
@@ -172,7 +198,7 @@ def _wanted(where: str, columns: Columns) -> list[str]:
     return names
 
 
-def _together(parts: list[Measurements], files: list[str]) -> Measurements:
+def together(parts: list[Measurements], files: list[str]) -> Measurements:
     first = parts[0]
     for part, file in zip(parts, files, strict=True):
         if part.position != first.position:

@@ -23,8 +23,8 @@ class Ledger:
 
     def __init__(self) -> None:
         self.rows = 0  # that were read, once somebody knows
-        self.wall = dict.fromkeys((*STAGES, REST), 0.0)
-        self.cpu = dict.fromkeys((*STAGES, REST), 0.0)
+        self.wall: dict[str, float] = dict.fromkeys((*STAGES, REST), 0.0)
+        self.cpu: dict[str, float] = dict.fromkeys((*STAGES, REST), 0.0)
         self._open: dict[int, list[str]] = {}  # of each thread, the innermost stage last
         self._busy = Lock()
         self._last = self._now()

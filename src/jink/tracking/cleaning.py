@@ -137,8 +137,9 @@ def _stale(state: Cleaned, position: str) -> int:
         else np.arange(rows.height)
     )
     order = order[rows["measured"].to_numpy()[order]]
-    held = rows[order] if several or order.size < rows.height else rows
     names = [name for name in DIMENSIONS[position][:2] if name in rows.columns]
+    held = rows.select("target", "source", "time", "speed", *names)
+    held = held[order] if several or order.size < rows.height else held
     track = changes(held["target"], held["source"])
     start = track | changes(*[held[name] for name in names])
     starts = np.flatnonzero(start)
@@ -213,7 +214,7 @@ def _starts(state: Cleaned, position: str, fastest: float) -> int:
     rows = state.rows
     names = [name for name in DIMENSIONS[position][:2] if name in rows.columns]
     measured = np.flatnonzero(rows["measured"].to_numpy())
-    held = rows[measured]
+    held = rows.select("target", "part", "time", *names)[measured]
     new = changes(held["target"], held["part"])
     starts = np.flatnonzero(new)
     lengths = np.diff(np.r_[starts, held.height])

@@ -68,7 +68,7 @@ def place(
     has = (heights >= 2)[index]
     groups = [(has, 3, name), (~has, 2, None)]
     return [
-        lay(rows.filter(pl.Series(mask)), position, site, n, third, sensors_named)
+        lay(rows if mask.all() else rows.filter(pl.Series(mask)), position, site, n, third, sensors_named)
         for mask, n, third in groups
         if mask.any()
     ]

@@ -21,7 +21,7 @@ CAUTIOUS, UNKNOWN_SPEED = 3.0, 1e4  # sds of an unknown velocity that are allowe
 
 
 @stage("noise")
-def with_range_rate(
+def decided(
     placed: Placed, level: NoiseLevel, given: Mapping[str, float], choose: Choose
 ) -> tuple[Placed, NoiseLevel, Used]:
     """A radar's measurements with its range rate, if that helps."""
@@ -56,8 +56,17 @@ def with_range_rate(
     return joined, replace(full, sources=[line | used.figures() for line in level.sources]), used
 
 
+def as_decided(placed: Placed, level: NoiseLevel, used: Used) -> tuple[Placed, NoiseLevel]:
+    """Measurements with the range rate, where it is used."""
+    if "range_rate" not in used.sd:
+        return placed, level
+    return _appended(placed, level, _range_rate(placed), used.sd["range_rate"])
+
+
 def _range_rate(placed: Placed) -> np.ndarray:
     """Of rows with a position."""
+    if "range_rate" not in placed.rows.columns:
+        return np.full(placed.rows.height, np.nan)
     return np.where(np.isfinite(placed.plane).all(axis=1), placed.rows["range_rate"].to_numpy(), np.nan)
 
 

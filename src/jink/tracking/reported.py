@@ -31,6 +31,12 @@ class Rates:
     slack: np.ndarray
     fresh: np.ndarray
 
+    @classmethod
+    def none(cls, placed: Placed) -> Rates:
+        """Of rows that report nothing."""
+        count = placed.rows.height
+        return cls(np.full((count, 3), np.nan), None, np.zeros(count), np.ones(count, bool))
+
     def some(self, rows: np.ndarray) -> Rates:
         """Rows of it."""
         way = None if self.way is None else self.way[rows]

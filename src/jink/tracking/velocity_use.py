@@ -31,7 +31,7 @@ ANOTHER_UNIT = (0.7, 1.4)  # reported over found speed: beyond, the report is in
 
 
 @stage("noise")
-def with_velocity(
+def decided(
     placed: Placed, level: NoiseLevel, given: Mapping[str, float], choose: Choose
 ) -> tuple[Placed, NoiseLevel, Used]:
     """Measurements with the rates that help, their noise with it; the same as came in where none does."""
@@ -123,13 +123,14 @@ def _decided(
             f"{what} is used: held-out positions are likelier by {way.gain:.2g} ± {way.error:.1g} a row{only}; "
             "--no-velocity leaves it out"
         )
-    return *as_decided(placed, level, rates, used), used
+    return *as_decided(placed, level, used, rates), used
 
 
-def as_decided(placed: Placed, level: NoiseLevel, rates: Rates, used: Used) -> tuple[Placed, NoiseLevel]:
-    """Measurements with the rates that are used, and their noise with it."""
+def as_decided(placed: Placed, level: NoiseLevel, used: Used, rates: Rates | None = None) -> tuple[Placed, NoiseLevel]:
+    """Measurements with the rates that are used, and their noise with it; rates: of the rows, if they are known."""
     if not used.sd:
         return placed, level
+    rates = rates or rates_of(placed) or Rates.none(placed)
     velocity = rates.velocity.copy()
     for name, columns in (("velocity", slice(0, 2)), ("vertical_rate", slice(2, 3))):
         if name not in used.sd:

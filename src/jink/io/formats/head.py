@@ -91,12 +91,20 @@ def _before_header(content: bytes, separator: str | None) -> int:
 def _names_position(line: str, separator: str | None) -> bool:
     """Whether a line has the names of a position and no numbers."""
     for sign in separator or SEPARATORS:
-        fields = next(csv.reader([line.replace("\x00", "")], delimiter=sign), []) if sign in line else []
+        fields = _fields(line.replace("\x00", ""), sign) if sign in line else []
         names = {re.sub(r"_(deg|m|km|ft|rad)$", "", normal(field)) for field in fields}
         pairs = [[set(ROLES[role][1]) for role in roles] for roles in POSITIONS.values()]
         if any(all(names & known for known in pair) for pair in pairs) and not any(map(is_number, fields)):
             return True
     return False
+
+
+def _fields(line: str, sign: str) -> list[str]:
+    """The fields of a line, none where it is no CSV."""
+    try:
+        return next(csv.reader([line], delimiter=sign), [])
+    except csv.Error:
+        return []
 
 
 def _blanks(content: bytes) -> bool:
