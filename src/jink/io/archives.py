@@ -7,8 +7,8 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
+from . import unpacking
 from .errors import InputError
-from .unpacking import most_unpacked, too_large
 
 OWN = ".rejected.parquet"  # what jink writes beside its output
 OFFICE = ("[Content_Types].xml", "META-INF/manifest.xml", "mimetype")
@@ -25,8 +25,8 @@ class Member:
         """Unpacked. Errors: InputError."""
         try:
             with zipfile.ZipFile(self.archive) as archive:
-                if archive.getinfo(self.name).file_size > most_unpacked():
-                    raise too_large(f"{self.archive}/{self.name}")
+                if archive.getinfo(self.name).file_size > unpacking.most_unpacked():
+                    raise unpacking.too_large(f"{self.archive}/{self.name}")
                 return archive.read(self.name)
         except (OSError, RuntimeError, NotImplementedError, EOFError, zipfile.BadZipFile, zlib.error) as error:
             raise InputError(f"{self.archive}/{self.name} cannot be unpacked: {error}") from None
