@@ -216,6 +216,25 @@ def parse_columns(given: Sequence[str] | None) -> dict[str, str]:
     return pairs
 
 
+def parse_sites(given: Sequence[str] | None) -> dict[str, tuple[float, ...]]:
+    """`48.1,11.6,520` or `NAME=48.1,11.6` to latitude, longitude (degrees) and altitude (m), by name; "" for one that
+    has none. Errors: InputError.
+    """
+    sites: dict[str, tuple[float, ...]] = {}
+    for item in given or ():
+        name, equals, text = item.rpartition("=")
+        try:
+            values = tuple(float(part) for part in text.split(","))
+        except ValueError:
+            values = ()
+        if len(values) not in (2, 3) or not (abs(values[0]) <= 90.0 and abs(values[1]) <= 360.0):
+            raise InputError(f"--site is {item!r}; expected LATITUDE,LONGITUDE[,ALTITUDE] (degrees, metres)")
+        if name in sites or (bool(equals) != all(sites) and sites):
+            raise InputError(f"--site is {item!r} beside others; expected a name of its own for each: NAME=LAT,LON")
+        sites[name.strip()] = values
+    return sites
+
+
 def words_of(given: Sequence[str] | None) -> list[str]:
     """The words of an option that takes several, separated by commas or given one by one."""
     return [word.strip() for item in given or () for word in item.split(",") if word.strip()]

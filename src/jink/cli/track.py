@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
 import time as clock
 from collections.abc import Iterator
@@ -17,7 +16,7 @@ import typer
 
 from ..io.errors import InputError
 from .exit_status import exit_status
-from .request import FLAG, check_kind, completed_from, parse_columns
+from .request import FLAG, check_kind, completed_from, parse_columns, parse_sites, words_of
 
 OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
 PLOTS = "Plots without identity"
@@ -81,6 +80,24 @@ class TrackRequest:
             "standard output. Without any output, the summary and the first tracks are shown.",
         ),
     ] = None
+    keep: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMNS",
+            rich_help_panel=OUTPUT,
+            help="Columns of the input that go through to the output, such as callsign,sog. "
+            "Default: those that say who a target is.",
+        ),
+    ] = None
+    every: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            rich_help_panel=OUTPUT,
+            help="Write one row at each multiple of a time, such as 1s; "
+            "between measurements it is predicted, with its sd.",
+        ),
+    ] = None
     report: Annotated[
         str | None,
         typer.Option(metavar="FILE", rich_help_panel=OUTPUT, help="Write one HTML page that shows the tracks."),
@@ -132,10 +149,20 @@ class TrackRequest:
         str | None,
         typer.Option(
             metavar="SD",
-            help="Noise of the measurements: 25 (metres), position=25,altitude=10 or range=50,azimuth_deg=0.1. "
+            help="Noise of the measurements: 25 (metres), position=25,altitude=10 or range=50,azimuth_deg=0.1; "
+            "also velocity, vertical_rate and range_rate (m/s). "
             "Default: from columns of ADS-B accuracy, or else estimated from the data.",
         ),
     ] = None
+    no_velocity: Annotated[
+        bool,
+        typer.Option(
+            "--no-velocity",
+            help="Leave out reported speeds, courses, vertical rates and range rates. "
+            "Default: used where they make held-out positions likelier.",
+            **FLAG,
+        ),
+    ] = False
     threads: Annotated[int | None, typer.Option(metavar="N", help="Number of threads. Default: all cores.")] = None
     memory: Annotated[
         str | None,
@@ -206,11 +233,12 @@ class TrackRequest:
         ),
     ] = None
     site: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
             metavar="LAT,LON",
             rich_help_panel=INPUT,
-            help="Where the radar stands, also as LAT,LON,ALTITUDE. It puts x and y on the map.",
+            help="Where the radar stands, also as LAT,LON,ALTITUDE. It puts x and y on the map. "
+            "Of several radars one each: NAME=LAT,LON, where NAME is the source (a column, or the file).",
         ),
     ] = None
     anonymous: Annotated[
@@ -314,37 +342,26 @@ def run_track(request: TrackRequest) -> int:
     )
 
 
-def parse_site(given: str | None) -> tuple[float, ...] | None:
-    """`48.1,11.6,520` to latitude, longitude (degrees) and altitude (m, 0 if left out). Errors: InputError."""
-    if given is None:
-        return None
-    try:
-        values = tuple(float(item) for item in given.split(","))
-    except ValueError:
-        values = (math.nan, math.nan)
-    if len(values) not in (2, 3) or not (abs(values[0]) <= 90.0 and abs(values[1]) <= 360.0):
-        raise InputError(f"--site is {given!r}; expected LATITUDE,LONGITUDE[,ALTITUDE] (degrees, metres)")
-    return values
-
-
 def settings_of(request: TrackRequest) -> tuple[Any, Any]:
     """What reading and tracking need to know."""
     from ..catalogue.choose import load_filter
-    from ..io.geodesy import SiteFrame
     from ..io.loading import Reading
     from ..tracking.batch import Settings
     from ..tracking.lag import Lag
     from ..tracking.noise_level import parse_sensor_sd
+    from ..tracking.prepare import sites_of
+    from ..tracking.resampling import parse_every
 
     check_kind(request.kind)
-    site = parse_site(request.site)
+    site, sites = sites_of(parse_sites(request.site))
     settings = Settings(
         filter=load_filter(request.filter),
         kind=request.kind,
         smooth=request.smooth,
         lag=Lag.of(request.lag),
         sensor_sd=parse_sensor_sd(request.sensor_sd),
-        site=SiteFrame(*site) if site else None,
+        site=site,
+        sites=sites,
         gap=request.gap,
         min_points=request.min_points,
         sort=not request.no_sort,
@@ -352,11 +369,13 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         drop_stale=not request.keep_stale,
         check=not request.no_check,
         threads=request.threads,
+        velocity=not request.no_velocity,
+        every=parse_every(request.every),
     )
     columns = parse_columns(request.columns)
-    return Reading(
-        columns, request.altitude_unit, request.time_unit, not request.no_check, conventions_of(request)
-    ), settings
+    checked, kept = not request.no_check, None if request.keep is None else tuple(words_of(request.keep))
+    units = request.altitude_unit, request.time_unit
+    return Reading(columns, *units, checked, conventions_of(request), kept), settings
 
 
 def conventions_of(request: TrackRequest) -> Any:
@@ -395,6 +414,8 @@ def _run_live(request: TrackRequest) -> int:
         (request.report, "--report"),
         (request.output, "--output"),
         (request.json, "--json"),
+        (request.keep, "--keep"),
+        (request.every, "--every"),
         (request.timings, "--timings"),
     ):
         if given:
@@ -470,7 +491,7 @@ def _in_memory(
     from ..tracking.batch import run
 
     loaded = load_files(request.inputs, reading, lambda done, total: progress("reading", done, total))
-    if kind in MAPS and loaded.measurements.position != "geographic" and settings.site is None:
+    if kind in MAPS and loaded.measurements.position != "geographic" and not (settings.site or settings.sites):
         raise InputError(
             f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
         )
@@ -488,6 +509,8 @@ def _large(
 
     memory = memory_of(request.memory)
     if anonymous is not None or request.report or request.output == "-" or fits(request.inputs, memory):
+        return None
+    if settings.every is not None or settings.sites:
         return None
     rejected = rejected_path(output) if output else None
     to = (output, kind) if output else None

@@ -10,14 +10,14 @@ from __future__ import annotations
 import glob
 import io
 import os
-import zipfile
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import polars as pl
 
+from .archives import files_inside, members
 from .errors import InputError
 from .formats import csv as csv_text
 from .formats import json as json_text
@@ -33,7 +33,7 @@ Rows = tuple[pl.DataFrame, pl.DataFrame]
 UNREADABLE = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
 MAGIC = {b"PAR1": "parquet", b"ARROW1": "arrow", b"\xff\xff\xff\xff": "arrow stream"}
 FOREIGN = {
-    b"PK\x03\x04": "a ZIP archive (unpack it first; export an Excel sheet as CSV)",
+    b"PK\x03\x04": "a ZIP archive that cannot be read, or an Excel sheet (export that as CSV)",
     b"FEA1": "a Feather file of version 1 (write it again with version 2)",
     b"\x89HDF": "an HDF5 file (export it as Parquet or CSV)",
     b"BZh": "compressed with bzip2 (jink reads plain, .gz and .zst files)",
@@ -66,12 +66,16 @@ class Table:
 
 
 def expand(inputs: Sequence[str | Path]) -> list[Path]:
-    """Paths and glob patterns to files, in the order given, each once; InputError for what does not exist."""
+    """Paths, folders and glob patterns to files, in the order given, each once; InputError for what does not exist."""
     found: dict[Path, None] = {}
     for given in inputs:
         path = Path(given)
         if path.is_dir():
-            raise InputError(f"{given} is a directory; give its files, for example '{path / '*.parquet'}'")
+            inside = files_inside(path)
+            if not inside:
+                raise InputError(f"{given} is a directory without files")
+            found.update(dict.fromkeys(inside))
+            continue
         # pipes such as <(command) are read once, from beginning to end
         if path.is_file() or path.is_fifo():
             found[path] = None
@@ -84,6 +88,22 @@ def expand(inputs: Sequence[str | Path]) -> list[Path]:
     if not found:
         raise InputError("no input file was given")
     return list(found)
+
+
+def open_tables(path: Path) -> Iterator[Table]:
+    """The table of a file, or those of all files in a ZIP archive, called `archive.zip/file`. Errors: InputError."""
+    packed = members(path) if path.is_file() else []
+    if len(packed) < 2:
+        yield open_table(path)
+        return
+    for member in packed:
+        content = member.content()
+        file = f"{name_of(path)}/{member.name}"
+        if content.startswith(b"\x1f\x8b"):
+            content = _unpacked(file, content)
+        if content:
+            check_foreign(file, content[:16])
+        yield open_content(file, content)
 
 
 def name_of(path: Path) -> str:
@@ -106,18 +126,23 @@ def open_table(path: Path) -> Table:
         raise InputError(f"{file} is empty")
     if head.startswith((b"\x1f\x8b", b"\x28\xb5\x2f\xfd")):
         return open_content(file, _decompress(path, head))
-    if head.startswith(b"PK\x03\x04") and (packed := _only_member(path)) is not None:
-        return open_content(file, packed)
-    for magic, what in FOREIGN.items():
-        if head.startswith(magic):
-            raise InputError(f"{file} is {what}")
-    if head[8:12] == b".FIT":
-        raise InputError(f"{file} is a FIT file of a sports watch (export it as GPX or TCX)")
+    if head.startswith(b"PK\x03\x04") and len(packed := members(path)) == 1:
+        return open_content(file, packed[0].content())
+    check_foreign(file, head)
     for magic, kind in MAGIC.items():
         if head.startswith(magic):
             # polars opens names that are UTF-8 alone
             return _columnar(file, path if file == str(path) else io.BytesIO(path.read_bytes()), kind)
     return open_content(file, path.read_bytes())
+
+
+def check_foreign(file: str, head: bytes) -> None:
+    """Errors: InputError for content that is known but not read."""
+    for magic, what in FOREIGN.items():
+        if head.startswith(magic):
+            raise InputError(f"{file} is {what}")
+    if head[8:12] == b".FIT":
+        raise InputError(f"{file} is a FIT file of a sports watch (export it as GPX or TCX)")
 
 
 def _from_pipe(file: str, path: Path) -> Table:
@@ -128,11 +153,16 @@ def _from_pipe(file: str, path: Path) -> Table:
     if len(content) > most_unpacked():
         raise too_large(file)
     if content.startswith(b"\x1f\x8b"):
-        try:
-            content = gunzip(file, content)
-        except (EOFError, zlib.error) as error:
-            raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
+        content = _unpacked(file, content)
+    check_foreign(file, content[:16])
     return open_content(file, content)
+
+
+def _unpacked(file: str, content: bytes) -> bytes:
+    try:
+        return gunzip(file, content)
+    except (EOFError, zlib.error) as error:
+        raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
 
 
 def _decompress(path: Path, head: bytes) -> bytes:
@@ -149,20 +179,6 @@ def _decompress(path: Path, head: bytes) -> bytes:
         raise
     except (OSError, EOFError, zlib.error, pl.exceptions.PolarsError) as error:
         raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
-
-
-def _only_member(path: Path) -> bytes | None:
-    """The content of an archive of one file (KMZ: its KML); None for other archives and spreadsheets."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = [item for item in archive.infolist() if not item.is_dir() and "__MACOSX" not in item.filename]
-            documents = [item for item in members if item.filename.lower().endswith(".kml")]
-            chosen = members if len(members) == 1 else documents
-            if len(chosen) == 1 and chosen[0].file_size > most_unpacked():
-                raise too_large(name_of(path))
-            return archive.read(chosen[0]) if len(chosen) == 1 else None
-    except (OSError, RuntimeError, NotImplementedError, zipfile.BadZipFile, zlib.error):
-        return None
 
 
 def open_content(file: str, content: bytes) -> Table:

@@ -48,7 +48,7 @@ class DevelopedFrame:
     anchor_longitude: np.ndarray
     anchor_convergence: np.ndarray  # rad
 
-    def rows(self, which: slice) -> DevelopedFrame:
+    def rows(self, which: slice | np.ndarray) -> DevelopedFrame:
         """The frame of some rows."""
         return DevelopedFrame(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 

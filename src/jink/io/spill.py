@@ -41,7 +41,7 @@ class Source:
     def of(cls, path: Path, pieced: Pieced, how: Reading) -> Source:
         """What its first piece shows holds for all of it. Errors: InputError."""
         opened = Opened.of(pieced.table, path, how)
-        wanted = wanted_names(opened.file, opened.columns)
+        wanted = list(dict.fromkeys([*wanted_names(opened.file, opened.columns), *opened.carried]))
         first = next(pieced.read(wanted))[0]
         wanted += doubtful(first, opened.columns)
         first = next(pieced.read(wanted))[0]

@@ -14,7 +14,7 @@ from ..catalogue.targets import KINDS
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
 from ..io.stages import stage
-from ..io.units import ANGLE, LENGTH, TIME
+from ..io.units import ANGLE, LENGTH, SPEED, TIME
 from .cleaning import changes
 from .placing import Placed
 from .scatter import component_sd, plane_scatter, rough_velocity
@@ -29,6 +29,9 @@ GIVEN = {
     "range": LENGTH,
     "azimuth": ANGLE,
     "elevation": ANGLE,
+    "velocity": SPEED,
+    "vertical_rate": SPEED,
+    "range_rate": SPEED,
 }
 
 
@@ -137,7 +140,24 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str, known_level: N
     covariance[:, 0, 1] = covariance[:, 1, 0] = along_x * along_y
     if vertical:
         covariance[:, 2, 2] = sd["altitude_sd"] ** 2
+    if "cov_ee" in placed.rows.columns:
+        sd["position_sd"] = _as_placed(placed, covariance, sd["position_sd"])
     return NoiseLevel(covariance, _typical(sd, {"position": "position_sd", "altitude": "altitude_sd"}), lines)
+
+
+def _as_placed(placed: Placed, covariance: np.ndarray, sd: np.ndarray) -> np.ndarray:
+    """Put the covariance of a radar's plots on the map into `covariance`, in the axes of the frame; their sds (N,)."""
+    names = ("cov_ee", "cov_en", "cov_nn")
+    east, both, north = (placed.rows[name].to_numpy() for name in names)
+    turned = placed.frame.anchor_convergence if isinstance(placed.frame, DevelopedFrame) else np.zeros(len(sd))
+    cos, sin = np.cos(turned), np.sin(turned)
+    xx = cos**2 * east - 2.0 * cos * sin * both + sin**2 * north
+    yy = sin**2 * east + 2.0 * cos * sin * both + cos**2 * north
+    xy = cos * sin * (east - north) + (cos**2 - sin**2) * both
+    good = np.isfinite(xx + yy + xy)
+    covariance[good, 0, 0], covariance[good, 1, 1] = xx[good], yy[good]
+    covariance[good, 0, 1] = covariance[good, 1, 0] = xy[good]
+    return np.where(good, np.sqrt(0.5 * np.where(good, xx + yy, 1.0)), sd)
 
 
 def _polar(placed: Placed, given: Mapping[str, float], known_level: NoiseLevel | None) -> NoiseLevel:

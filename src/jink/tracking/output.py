@@ -15,6 +15,7 @@ import polars as pl
 
 from ..estimate import STATUS, Status
 from ..io.geodesy import DevelopedFrame, SiteFrame
+from ..io.kept import unmarked
 from ..io.stages import stage
 from .placing import Placed
 
@@ -25,6 +26,8 @@ NIS_BAND = {
     2: (0.0506, 7.3778),
     3: (0.2158, 9.3484),
     4: (0.4844, 11.1433),
+    5: (0.8312, 12.8325),
+    6: (1.2373, 14.4494),
 }  # central 95 % of χ²
 
 
@@ -88,7 +91,9 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
     )
     if absolute:
         table = table.with_columns((pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC")))
-    return table.select(_ordered(table.columns))
+    if "on_ground" in placed.rows.columns:
+        table = table.with_columns(on_ground=placed.rows["on_ground"])
+    return table.select(_ordered(table.columns)).with_columns(**unmarked(placed.rows, table.columns))
 
 
 def _ordered(names: list[str]) -> list[str]:
@@ -97,6 +102,7 @@ def _ordered(names: list[str]) -> list[str]:
         "manoeuvring",
         "segment",
         "status",
+        "on_ground",
         "measured_x",
         "measured_y",
         "measured_z",

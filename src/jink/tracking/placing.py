@@ -42,8 +42,8 @@ class Placed:
         """Where parts begin, and the end: (B + 1,)."""
         return np.r_[np.flatnonzero(self.new), self.new.size].astype(np.int64)
 
-    def some(self, rows: slice) -> Placed:
-        """Whole parts of it."""
+    def some(self, rows: slice | np.ndarray) -> Placed:
+        """Whole parts of it, or rows by their numbers."""
         cut = {name: getattr(self, name)[rows] for name in ("rows", "time", "z", "plane", "height", "new")}
         frame = self.frame.rows(rows) if isinstance(self.frame, DevelopedFrame) else self.frame
         return replace(self, **cut, frame=frame)
