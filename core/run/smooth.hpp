@@ -121,6 +121,7 @@ template <class T> class Smooth {
         for (int k = 0; k < nj + size; ++k) start[k] = now.arena[places[k]];
         to.kernels.linearise(start, after.coefficients.empty() ? forward.coefficient(j) : &after.coefficients[j * largest_coefficients],
                              after.input_of(j), ahead, F, Q);
+        if (forward.coast.active()) forward.coast(to, select<T>(after.linked, after.dt, splat<T>(0.0)), after.coasted, start, ahead);
         enter(nj, at, start + nj, F, Q);
         Message about = next[j];  // moved from mode j's filtered estimate to the prediction from mode i
         T d[L], Jd[L];

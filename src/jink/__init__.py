@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .filters.variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
     from .models.fuzzy import FuzzyRules
     from .models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
+    from .models.coasting import Coasting
     from .models.outliers import Outliers
     from .models.provenance import VERSION as __version__
     from .models.radar import Radar
@@ -67,6 +68,7 @@ __all__ = [
     "NetworkNoise",
     "NeuralModes",
     "OnePoint",
+    "Coasting",
     "Outliers",
     "Polar",
     "Position",
@@ -118,6 +120,7 @@ _HOME = {
     "NetworkNoise": "filters.neural_vsmm",
     "NeuralModes": "filters.neural_vsmm",
     "OnePoint": "models.start",
+    "Coasting": "models.coasting",
     "Outliers": "models.outliers",
     "Polar": "models.sensor",
     "Position": "models.sensor",
