@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from .filters.pseudo_bayesian import GPB1, GPB2, StaticMM
     from .filters.variable_dimension import VariableDimension
     from .filters.variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
+    from .models.coasting import Coasting
     from .models.fuzzy import FuzzyRules
     from .models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
-    from .models.coasting import Coasting
     from .models.outliers import Outliers
     from .models.provenance import VERSION as __version__
     from .models.radar import Radar
@@ -53,6 +53,7 @@ __all__ = [
     "AugmentedAcceleration",
     "AxisByAxis",
     "Bearing",
+    "Coasting",
     "ConstantAcceleration",
     "ConstantVelocity",
     "CoordinatedTurn",
@@ -68,7 +69,6 @@ __all__ = [
     "NetworkNoise",
     "NeuralModes",
     "OnePoint",
-    "Coasting",
     "Outliers",
     "Polar",
     "Position",

@@ -15,7 +15,9 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.targets import KINDS, Kind
+from .correlated import correlated_errors
 from .several import FACTOR, several_targets
+from .slant import slant_height
 
 FEWEST = 10  # measured rows of a target; of fewer nothing is said
 TOO_FAST = 1.5  # times the kind's speed, by the median of a target
@@ -29,6 +31,7 @@ HOPELESS = 0.4  # the same, above which the tracks are worth nothing
 LEAST_SD, LARGEST_SD = 0.005, 20e3  # m, of a position's estimated noise
 NIS_MEAN = (0.05, 5.0)  # per dimension
 NIS_ROWS = 100
+CORRELATED = 0.5  # share of the targets whose errors are correlated
 COARSE = 1800.0  # s: an even step of at least this is a clock of half hours or hours
 OLDEST = datetime(1990, 1, 1, tzinfo=UTC)
 NAMED = 5  # targets that a finding names
@@ -71,6 +74,8 @@ def findings(tracks: pl.DataFrame, noise: Sequence[dict[str, Any]], kind: str, c
         *_noise(noise, targets),
         *_times(tracks, targets),
         *_consistency(tracks, targets, consistency),
+        *_errors(tracks, noise, targets),
+        *_slant(tracks, noise, targets, kind),
     ]
     lost = {name for finding in found if finding.fatal for name in finding.targets}
     hopeless = bool(lost) and sum(f.count for f in found if f.fatal) >= targets.height
@@ -282,6 +287,60 @@ def _consistency(tracks: pl.DataFrame, targets: pl.DataFrame, consistency: dict[
         likely="noise that is set too small, or another kind of target" if large else "noise that is set too large",
         mend="--sensor-sd sets the noise, --kind the motion",
     )
+
+
+def _errors(tracks: pl.DataFrame, noise: Sequence[dict[str, Any]], targets: pl.DataFrame) -> Iterator[Finding]:
+    """Errors that last: their estimated sd is that of their changes, which is too small."""
+    if not any(line.get("position_sd_from") == "estimated" for line in noise):
+        return
+    names, time, plane, target = _measured(tracks)
+    if not time.size:
+        return
+    sd, seconds = correlated_errors(time, plane, target, len(names))
+    assumed = max(line["position_sd"] for line in noise if "position_sd" in line)
+    known = np.isfinite(sd) & (sd > 2.0 * assumed)
+    if known.sum() < CORRELATED * len(names):
+        return
+    some = targets.filter(pl.col("target").is_in([names[k] for k in np.flatnonzero(known)]))
+    yield Finding(
+        "correlated",
+        f"errors of about {np.median(sd[known]):.2g} m lasting about {np.median(seconds[known]):.2g} s; the track "
+        f"takes {assumed:.2g} m of them for noise and the rest for motion, so its sds are too small",
+        **_named(some),
+        likely="a satellite receiver, or positions that were smoothed before",
+        mend=f"--sensor-sd {np.median(sd[known]):.2g} counts them as noise",
+    )
+
+
+def _measured(tracks: pl.DataFrame) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
+    """Names of the targets, then time (N,) s, place (N, 2) m and the number of the target of their accepted rows."""
+    rows = tracks.filter(pl.col("status").is_in(["updated", "initialised"]) & pl.col("measured_x").is_not_null())
+    part = rows.select(pl.struct("target", "part").rle_id().alias("part"))["part"].to_numpy()
+    time = rows["time"]
+    seconds = time.dt.epoch("us").to_numpy() / 1e6 if isinstance(time.dtype, pl.Datetime) else time.to_numpy()
+    starts = np.flatnonzero(np.diff(part, prepend=-1)) if part.size else np.zeros(0, int)
+    names = rows["target"].gather(starts).to_list()
+    return names, seconds, rows.select("measured_x", "measured_y").to_numpy(), part.astype(np.int64)
+
+
+def _slant(
+    tracks: pl.DataFrame, noise: Sequence[dict[str, Any]], targets: pl.DataFrame, kind: str
+) -> Iterator[Finding]:
+    """Ranges without heights of targets that fly high above the radar."""
+    flat = any("range_sd" in line for line in noise) and "measured_z" not in tracks.columns
+    if not flat or KINDS[kind].extent[1] < 1e3:
+        return
+    names, time, plane, target = _measured(tracks)
+    high = {name: slant_height(time[target == k], plane[target == k]) for k, name in enumerate(names)}
+    high = {name: height for name, height in high.items() if np.isfinite(height)}
+    if high:
+        yield Finding(
+            "slant_range",
+            f"paths bend as those of targets {min(high.values()):.0f} to {max(high.values()):.0f} m above the radar do",
+            **_named(targets.filter(pl.col("target").is_in(list(high)))),
+            likely="slant ranges without heights, taken for ranges along the ground",
+            mend="--columns elevation_deg=NAME or altitude=NAME gives the heights",
+        )
 
 
 def _range(values: pl.Series) -> str:
