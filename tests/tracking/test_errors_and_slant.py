@@ -52,6 +52,16 @@ def test_white_errors_are_not_suspected(seed):
     assert codes(walk(0.0, seed)[0], kind="person") == {}
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_circles_are_motion(seed):
+    time = 0.5 * np.arange(1200)
+    circle = 20.0 * np.stack([np.cos(0.5 * time), np.sin(0.5 * time)]) + np.random.default_rng(seed).normal(
+        0, 1.0, (2, 1200)
+    )
+    data = pl.DataFrame({"target": "A", "time": time, "x": circle[0], "y": circle[1]})
+    assert codes(data, kind="drone") == {}
+
+
 def flight(height: float, seed: int = 0) -> pl.DataFrame:
     """A flight past a radar at 3 km, by its range and azimuth."""
     rng = np.random.default_rng(seed)

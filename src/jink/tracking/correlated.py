@@ -1,7 +1,7 @@
 """Whether the errors of positions are correlated in time, from the positions themselves.
 
 Third differences of every row, of every second row, of every fourth ... cancel motion and leave noise (`scatter`).
-White noise gives the same sd at every spacing, and motion gives one that at least doubles with each. Errors of GPS,
+White noise gives the same sd at every spacing, and motion gives one that more than doubles with each. Errors of GPS,
 which wander over some seconds, give one that grows and then stays: from there on they are independent.
 """
 
@@ -14,6 +14,7 @@ from .scatter import MEDIAN, grouped_quantile, third_differences
 SPACINGS = (1, 2, 4, 8, 16, 32)
 LEAST = 40  # differences of one spacing
 FLAT = 1.35  # two spacings have the same sd
+STEEP = 2.5  # times the sd at half the spacing: motion grows faster, by 2.8 for white accelerations and 8 in circles
 GROWN = 2.0  # times the sd of successive rows
 
 
@@ -39,6 +40,7 @@ def correlated_errors(
     with np.errstate(invalid="ignore"):
         for k in range(2, len(SPACINGS) - 1):
             ratio = level[k + 1] / level[k]
-            flat = (ratio < FLAT) & (ratio > 1.0 / FLAT) & (level[k] > GROWN * level[0]) & np.isnan(sd)
+            slow = (level[1 : k + 1] / level[:k]).max(axis=0) < STEEP
+            flat = slow & (ratio < FLAT) & (ratio > 1.0 / FLAT) & (level[k] > GROWN * level[0]) & np.isnan(sd)
             sd[flat], seconds[flat] = level[k + 1][flat], SPACINGS[k] * step[flat]
     return sd, seconds
