@@ -113,6 +113,7 @@ class Runner {
 
     void backward(std::int64_t longest) {
         Smooth<Pack> smooth(c);
+        smooth.covariances = P.wanted();
         for (std::int64_t k = longest - 1; k >= 0; --k) {
             if (k == longest - 1) smooth.last(records[k]);
             else smooth.step(records[k], records[k + 1]);

@@ -29,6 +29,7 @@ template <class T> class Live {
     const std::shared_ptr<const Composition<T>> c;
     mutable std::mutex busy;  // held by whoever reads or changes the tracks
     int targets() const { return n; }
+    int lag_scans() const { return lag; }
     int packs() const { return int(states.size()); }
 
     // Row-wise input of all targets: z (n, columns); t one for all or one each; noise and input as in a batch, or null.
@@ -129,7 +130,7 @@ template <class T> class Live {
         states = std::move(taken);
     }
 
-  private:
+  protected:
     Step<T> step;
     Aid<T> aid;
     Smooth<T> back;

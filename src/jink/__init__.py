@@ -143,9 +143,15 @@ _HOME = {
 }
 
 
+# Packages that `import jink` alone makes reachable.
+_ROOMS = ("compare", "fit", "learn", "metrics", "scenarios")
+
+
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         found = importlib.import_module(".models.provenance", __name__).VERSION
+    elif name in _ROOMS:
+        found = importlib.import_module(f".{name}", __name__)
     elif name in _HOME:
         found = getattr(importlib.import_module(f".{_HOME[name]}", __name__), name)
     else:

@@ -481,8 +481,9 @@ class Engine:
         until: object | None,
         threads: int,
     ) -> None: ...
-    def one(self, arg: int, /) -> LiveOne: ...
+    def one(self, lag: int, filter: object | None = None) -> LiveOne: ...
     def many(self, arg0: int, arg1: int, /) -> LiveMany: ...
+    def slots(self) -> LiveSlots: ...
     def association(self, rules: ManyRules, sensors: Sequence[SensorView]) -> Many: ...
 
 class Estimate:
@@ -502,6 +503,15 @@ class Estimate:
     def nis_dof(self) -> float: ...
     @property
     def status(self) -> str: ...
+    @property
+    def components(self) -> tuple: ...
+    def __getitem__(self, component: str) -> float:
+        """One component's estimate, by name."""
+
+    def sd(self, component: str) -> float:
+        """One component's standard deviation, by name."""
+
+    def __repr__(self) -> str: ...
 
 class LiveOne:
     def update(
@@ -536,7 +546,7 @@ class LiveOne:
     def restore(self, state: bytes) -> None:
         """Take up a saved state."""
 
-    def __getstate__(self) -> bytes: ...
+    def __reduce__(self) -> tuple: ...
 
 class LiveMany:
     def update(
@@ -561,6 +571,30 @@ class LiveMany:
     def time(self, arg: int, /) -> float: ...
     def save(self) -> bytes: ...
     def restore(self, arg: bytes, /) -> None: ...
+
+class LiveSlots:
+    def begin_all(
+        self,
+        x: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        P: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    ) -> None:
+        """Let new targets start from a given state."""
+
+    def take(self) -> int:
+        """A slot for a new target."""
+
+    def release(self, slot: int) -> None:
+        """The slot's target has gone."""
+
+    @property
+    def in_use(self) -> int: ...
+    def update(
+        self,
+        slots: Annotated[NDArray[numpy.int32], dict(order="C", device="cpu", writable=False)],
+        t: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        results: list,
+    ) -> None: ...
 
 def marginals(
     begin: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],

@@ -92,6 +92,12 @@ class TrackRequest:
         bool,
         typer.Option("--quiet", "-q", rich_help_panel=OUTPUT, help="Print no progress and no summary.", **FLAG),
     ] = False
+    timings: Annotated[
+        bool,
+        typer.Option(
+            "--timings", rich_help_panel=OUTPUT, help="Say how long each stage took, on standard error.", **FLAG
+        ),
+    ] = False
     smooth: Annotated[
         bool,
         typer.Option(
@@ -131,6 +137,14 @@ class TrackRequest:
         ),
     ] = None
     threads: Annotated[int | None, typer.Option(metavar="N", help="Number of threads. Default: all cores.")] = None
+    memory: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SIZE",
+            help="How much memory may be used, such as 2GB; larger tables are tracked share by share. "
+            "Default: a quarter of the machine's.",
+        ),
+    ] = None
     columns: Annotated[
         list[str] | None,
         typer.Option(
@@ -291,7 +305,7 @@ class TrackRequest:
 
 def run_track(request: TrackRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable input or request."""
-    work = _run_live if "-" in request.inputs else _run_files
+    work = _run_live if "-" in request.inputs else _run_timed if request.timings else _run_files
     return exit_status(
         lambda: work(request),
         mistakes=InputError,
@@ -381,6 +395,7 @@ def _run_live(request: TrackRequest) -> int:
         (request.report, "--report"),
         (request.output, "--output"),
         (request.json, "--json"),
+        (request.timings, "--timings"),
     ):
         if given:
             raise InputError(f"{option} needs the whole track; 'jink track -' writes JSON Lines to standard output")
@@ -388,9 +403,21 @@ def _run_live(request: TrackRequest) -> int:
     return 0
 
 
-def _run_files(request: TrackRequest) -> int:
-    from ..io.files import expand
-    from ..io.writing import MAPS, check_apart, check_writable, format_of
+def _run_timed(request: TrackRequest) -> int:
+    """Files, and what each stage took."""
+    from ..io.stages import recorded
+    from ..report.timings_table import show_timings
+
+    with recorded() as ledger:
+        status = _run_files(request, ledger)
+    if not request.json:
+        show_timings(ledger.figures(), ledger.rows)
+    return status
+
+
+def _run_files(request: TrackRequest, ledger: Any = None) -> int:
+    from ..io.files import expand, name_of
+    from ..io.writing import check_apart, check_writable, format_of
 
     began = clock.perf_counter()
     if request.quiet and not (request.output or request.report or request.json):
@@ -409,18 +436,16 @@ def _run_files(request: TrackRequest) -> int:
     reading, settings = settings_of(request)
     anonymous = anonymous_of(request)
     with _progress(request) as progress:
-        from ..io.loading import load_files
-        from ..tracking.batch import run
-
-        loaded = load_files(request.inputs, reading, lambda done, total: progress("reading", done, total))
-        if kind in MAPS and loaded.measurements.position != "geographic" and settings.site is None:
-            raise InputError(
-                f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
-            )
-        tracked = run(loaded, settings, progress, anonymous)
-        written = _write(tracked, output, kind, report, progress)
-    tracked.summary["written"] = [str(path) for path in written]
+        done = _large(request, reading, settings, anonymous, output, kind, progress)
+        if done is None:
+            tracked, written = _in_memory(request, reading, settings, anonymous, output, kind, progress)
+        else:
+            tracked, written = done
+    tracked.summary["written"] = [name_of(path) for path in written]
     tracked.summary["seconds"] = clock.perf_counter() - began
+    if ledger is not None:
+        ledger.rows = tracked.summary["rows"]
+        tracked.summary["timings"] = ledger.figures()
     if request.json:
         sys.stdout.write(json.dumps(tracked.summary, indent=2, ensure_ascii=False, default=str) + "\n")
     elif answered:
@@ -429,11 +454,45 @@ def _run_files(request: TrackRequest) -> int:
         from ..report.summary_table import show
 
         show(tracked.summary)
-        if not written:
+        if not written and tracked.tracks is not None:
             from ..report.first_tracks import show_first
 
             show_first(tracked.tracks)
     return 0
+
+
+def _in_memory(
+    request: TrackRequest, reading: Any, settings: Any, anonymous: Any, output: Path | None, kind: str, progress: Any
+) -> tuple[Any, list[Path]]:
+    """All files at once: the tracks, and what was written."""
+    from ..io.loading import load_files
+    from ..io.writing import MAPS
+    from ..tracking.batch import run
+
+    loaded = load_files(request.inputs, reading, lambda done, total: progress("reading", done, total))
+    if kind in MAPS and loaded.measurements.position != "geographic" and settings.site is None:
+        raise InputError(
+            f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
+        )
+    tracked = run(loaded, settings, progress, anonymous)
+    return tracked, _write(tracked, output, kind, Path(request.report) if request.report else None, progress)
+
+
+def _large(
+    request: TrackRequest, reading: Any, settings: Any, anonymous: Any, output: Path | None, kind: str, progress: Any
+) -> tuple[Any, list[Path]] | None:
+    """The same share by share, without the tracks; None where memory suffices, or the table cannot be divided."""
+    from ..tracking.batch import Tracked
+    from ..tracking.large import fits
+    from ..tracking.large_files import memory_of, track_large
+
+    memory = memory_of(request.memory)
+    if anonymous is not None or request.report or request.output == "-" or fits(request.inputs, memory):
+        return None
+    rejected = rejected_path(output) if output else None
+    to = (output, kind) if output else None
+    done = track_large(request.inputs, reading, settings, memory, to, rejected, progress)
+    return done and (Tracked(None, None, done[0]), done[1])
 
 
 def _answer(tracked: Any, quiet: bool) -> None:
@@ -467,7 +526,8 @@ def _write(tracked: Any, output: Path | None, kind: str, report: Path | None, pr
 
                 write_report(tracked.tracks, name, summary=tracked.summary)
             else:
-                tracked.rejected.write_parquet(name)
+                with name.open("wb") as handle:
+                    tracked.rejected.write_parquet(handle)
     return wanted
 
 

@@ -11,10 +11,11 @@ import polars as pl
 from .columns import Columns, recognise
 from .conventions import Conventions
 from .errors import InputError
-from .files import Rows, Table, expand, open_table
+from .files import Rows, Table, expand, name_of, open_table
 from .layouts import Layout, layout_of
 from .meaning import doubtful
 from .measurements import Measurements, measure
+from .stages import stage
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,41 @@ class Loaded:
     count: int
 
 
+@dataclass(frozen=True)
+class Opened:
+    """A file whose columns are recognised, and how its rows become measurements."""
+
+    file: str
+    columns: Columns
+    conventions: Conventions
+    notes: tuple[str, ...]
+    default_target: str
+    how: Reading
+
+    @classmethod
+    def of(cls, table: Table, path: Path, how: Reading) -> Opened:
+        """By the names of its columns. Errors: InputError."""
+        columns, conventions, notes = recognised(table.file, table.names, how, table.fixed)
+        default = name_of(Path(path.name)).split(".")[0] or "0"
+        return cls(table.file, columns, conventions, (*table.notes, *notes), default, how)
+
+    def measured(self, frame: pl.DataFrame, *, some: bool = False) -> Measurements:
+        """Measurements of its rows; some: there are more rows. Errors: InputError."""
+        part = measure(
+            self.file,
+            frame,
+            self.columns,
+            altitude_unit=self.how.altitude_unit,
+            time_unit=self.how.time_unit,
+            default_target=self.default_target,
+            check_coordinates=self.how.check_coordinates,
+            conventions=self.conventions,
+            some=some,
+        )
+        part.notes[:0] = self.notes
+        return part
+
+
 def load_files(
     inputs: Sequence[str | Path], how: Reading, progress: Callable[[int, int], None] | None = None
 ) -> Loaded:
@@ -56,8 +92,8 @@ def load_files(
     count = 0
     for number, path in enumerate(paths):
         table = open_table(path)
-        columns, conventions, notes = recognised(table.file, table.names, how, table.fixed)
-        frame, unreadable = _read(table, columns)
+        opened = Opened.of(table, path, how)
+        frame, unreadable = _read(table, opened.columns)
         total = frame.height + unreadable.height
         if total == 0:
             raise InputError(f"{table.file} has columns but no rows")
@@ -65,23 +101,14 @@ def load_files(
             raise InputError(
                 f"{table.file}: none of its {total} rows can be read; the first row: {unreadable['reason'][0]}"
             )
-        part = measure(
-            table.file,
-            frame,
-            columns,
-            altitude_unit=how.altitude_unit,
-            time_unit=how.time_unit,
-            default_target=path.name.split(".")[0] or "0",
-            check_coordinates=how.check_coordinates,
-            conventions=conventions,
-        )
-        part.notes[:0] = [*table.notes, *notes]
+        part = opened.measured(frame)
         part.rejected.append(unreadable.with_columns(file=pl.lit(table.file)))
         parts.append(part)
         count += total
         if progress:
             progress(number + 1, len(paths))
-    return Loaded(_together(parts, [str(p) for p in paths]), [str(p) for p in paths], count)
+    names = [name_of(path) for path in paths]
+    return Loaded(together(parts, names), names, count)
 
 
 def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
@@ -89,7 +116,7 @@ def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
     columns, conventions, notes = recognised("the DataFrame", frame.columns, how)
     if frame.height == 0:
         raise InputError("the DataFrame has columns but no rows")
-    wanted = _wanted("the DataFrame", columns)
+    wanted = wanted_names("the DataFrame", columns)
     wanted += doubtful(frame.select(wanted), columns)
     measurements = measure(
         None,
@@ -122,15 +149,16 @@ def _filled(conventions: Conventions, layout: Layout) -> Conventions:
     return replace(conventions, **own)
 
 
+@stage("read")
 def _read(table: Table, columns: Columns) -> Rows:
     """The columns that are needed, and, where their values raise doubt, others that may be meant."""
-    wanted = _wanted(table.file, columns)
+    wanted = wanted_names(table.file, columns)
     frame, unreadable = table.read(wanted)
     more = doubtful(frame, columns)
     return table.read([*wanted, *more]) if more else (frame, unreadable)
 
 
-def _wanted(where: str, columns: Columns) -> list[str]:
+def wanted_names(where: str, columns: Columns) -> list[str]:
     """Names of the columns to read; `row` is taken for the row's number."""
     names = sorted({column.name for column in columns.roles.values()})
     if "row" in names:
@@ -138,7 +166,7 @@ def _wanted(where: str, columns: Columns) -> list[str]:
     return names
 
 
-def _together(parts: list[Measurements], files: list[str]) -> Measurements:
+def together(parts: list[Measurements], files: list[str]) -> Measurements:
     first = parts[0]
     for part, file in zip(parts, files, strict=True):
         if part.position != first.position:

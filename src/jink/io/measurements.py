@@ -12,18 +12,19 @@ What a name does not say is decided for the whole table, said in a note, and can
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import polars as pl
 
 from .clock_faults import mend
 from .columns import Columns, normal
-from .conventions import NONE, Conventions
+from .conventions import NONE, Conventions, in_calendar
 from .errors import InputError
 from .meaning import understand
 from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
 from .sheet import Problem, Sheet
+from .stages import stage
 from .values import numbers, texts
 
 FOOT = 0.3048
@@ -54,6 +55,7 @@ class Measurements:
     unused: list[str] = field(default_factory=list)
 
 
+@stage("recognise")
 def measure(
     file: str | None,
     frame: pl.DataFrame,
@@ -65,15 +67,19 @@ def measure(
     check_coordinates: bool = True,
     conventions: Conventions = NONE,
     stream: bool = False,
+    some: bool = False,
 ) -> Measurements:
     """Convert the recognised columns of `frame`, which has `row` too; InputError if no time is readable.
 
-    stream: the rows are a few of many, so that their values do not decide what columns mean.
+    stream: the rows are a few of many, so that their values do not decide what columns mean. some: there are more
+    rows, whose times may be readable.
     """
     where = file or "the table"
     clock = frame[columns.roles["time"].name]
     sheet, times = understand(where, frame, columns, conventions, time_unit, stream)
-    if frame.height and np.isnan(times.seconds).all():
+    if times.absolute:
+        times = replace(times, seconds=in_calendar(times.seconds))
+    if frame.height and not some and np.isnan(times.seconds).all():
         raise InputError(
             f"{where}: no time could be read in column {clock.name!r} (first value: {_first(clock)!r}); "
             "expected ISO 8601 date-times or numbers (seconds, or ms, us, ns since 1970); --time-format says how"
@@ -167,14 +173,18 @@ def _targets(sheet: Sheet, default: str) -> tuple[pl.Series, list[str]]:
             "--columns target=... names one"
         )
         return pl.repeat(default, sheet.frame.height, dtype=pl.String, eager=True).alias("target"), [note]
-    series = sheet.series("target")
+    return target_names(sheet.series("target")).alias("target"), []
+
+
+def target_names(series: pl.Series) -> pl.Series:
+    """Identifiers as text, null where there is none; whole numbers without a point."""
     if series.dtype.is_float():
         whole = series.is_finite() & (series == series.round())
         series = series.fill_nan(None)
         if whole.filter(series.is_not_null()).all():
             series = series.cast(pl.Int64, strict=False)
     text = texts(series).str.strip_chars()
-    return text.set(text == "", None).alias("target"), []
+    return text.set(text == "", None)
 
 
 def _source(sheet: Sheet, file: str | None) -> pl.Series:

@@ -6,7 +6,7 @@ import time as clock
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,11 +22,10 @@ from .anonymous import Anonymous, is_anonymous, run_anonymous
 from .lag import Lag
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
-from .plausibility import Finding, as_dicts, findings
+from .plausibility import Finding, Seen, as_dicts, findings
 from .prepare import Group, Settings, prepare
+from .stretches import Piece, SegmentsGoOn, Stretched, pieces
 from .summary import reasons, summarise
-
-CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
 
 Progress = Callable[[str, int, int], None]
 
@@ -136,9 +135,10 @@ def run(
         tracked = Tracked(*run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress))
     else:
         tracked = _run_named(loaded, settings, progress)
-    found, hopeless = findings(tracked.tracks, tracked.summary["noise"], settings.kind, tracked.summary["consistency"])
+    seen = Seen.of(tracked.tracks, settings.kind)
+    found, hopeless = findings(seen, tracked.summary["noise"], settings.kind, tracked.summary["consistency"])
     if hopeless and settings.check:
-        raise InputError(_implausible(found, tracked.summary["targets"]))
+        raise InputError(implausible(found, tracked.summary["targets"]))
     tracked.summary["warnings"] = as_dicts(found, tracked.summary["targets"])
     return tracked
 
@@ -151,14 +151,11 @@ def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) ->
     cleaned, groups = prepared.cleaned, prepared.groups
     rejected = together(measurements.rejected + cleaned.rejected)
     if not groups:
-        raise InputError(_nothing_left(loaded, rejected))
+        raise InputError(nothing_left(loaded.count, reasons(rejected)))
     tables: list[pl.DataFrame] = []
     done = 0
     for group in groups:
-        if settings.smoothing is not None and getattr(group.filter, "not_smoothed", ""):
-            name, why = type(group.filter).__name__, group.filter.not_smoothed
-            raise InputError(f"smooth: {name} cannot be smoothed: {why}")
-        for table in _chunks(group, settings, measurements.absolute):
+        for table in tables_of(group, settings, measurements.absolute):
             tables.append(table)
             done += table.height
             if progress:
@@ -171,42 +168,44 @@ def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) ->
     return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
 
 
-def _nothing_left(loaded: Loaded, rejected: pl.DataFrame) -> str:
-    lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in reasons(rejected))
-    short = any(reason.startswith("fewer than") for reason, _ in reasons(rejected))
+def nothing_left(count: int, why: Sequence[tuple[str, int]]) -> str:
+    """What is said where all rows were rejected, for these reasons."""
+    lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in why)
+    short = any(reason.startswith("fewer than") for reason, _ in why)
     hint = "\n  --min-points 1 keeps single positions, such as those of one snapshot" if short else ""
-    return f"no track is left: all {loaded.count:,} rows were rejected, because:\n{lines}{hint}"
+    return f"no track is left: all {count:,} rows were rejected, because:\n{lines}{hint}"
 
 
-def _implausible(found: Sequence[Finding], targets: int) -> str:
+def implausible(found: Sequence[Finding], targets: int) -> str:
+    """What is said where no track can be true."""
     lines = "\n".join(f"  {finding.sentence(targets)}" for finding in found)
     return f"no track is plausible; --no-check writes them all the same\n{lines}"
 
 
-def _chunks(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.DataFrame]:
-    """Tables of whole parts, some ten thousand rows each; one is made while the next is filtered."""
-    placed, covariance, offsets = group.placed, group.covariance, group.placed.offsets
-    smoothing = settings.smoothing
-    verb = group.filter.filter if smoothing is None else partial(group.filter.smooth, **smoothing)
-    begin = 0
+def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.DataFrame]:
+    """Tables of some ten thousand rows each, of whole parts or of a piece of a long one; one is made while the next is
+    filtered. Errors: InputError for a filter that cannot be smoothed.
+    """
+    if settings.smoothing is not None and getattr(group.filter, "not_smoothed", ""):
+        name, why = type(group.filter).__name__, group.filter.not_smoothed
+        raise InputError(f"smooth: {name} cannot be smoothed: {why}")
+    placed = group.placed
+    stretched = Stretched(group.filter, placed, group.covariance, settings.smoothing, settings.threads)
+    going_on = SegmentsGoOn()
+
+    def table_of(piece: Piece, estimate: Any) -> pl.DataFrame:
+        some = placed.some(piece.rows)
+        if piece.part is not None:
+            some = replace(some, new=np.arange(some.new.size) == 0)
+        table = tracks_table(some, estimate, absolute)
+        return table if piece.part is None else going_on.table(table, piece.rows.start == piece.part.start)
+
     waiting: Future[pl.DataFrame] | None = None
     with ThreadPoolExecutor(1) as worker:
-        while begin < offsets.size - 1:
-            end = int(np.searchsorted(offsets, offsets[begin] + CHUNK))
-            end = min(max(end, begin + 1), offsets.size - 1)
-            rows = slice(int(offsets[begin]), int(offsets[end]))
-            some = placed.some(rows)
-            estimate = verb(
-                some.time,
-                some.z,
-                offsets=offsets[begin : end + 1] - offsets[begin],
-                covariance=None if covariance is None else covariance[rows],
-                threads=settings.threads,
-                outputs=("x", "P", "mode_probability", "nis", "nis_dof", "status"),
-            )
+        for piece in pieces(placed.offsets):
+            estimate = stretched.run(piece)
             if waiting:
                 yield waiting.result()
-            waiting = worker.submit(tracks_table, some, estimate, absolute)
-            begin = end
+            waiting = worker.submit(table_of, piece, estimate)
         if waiting:
             yield waiting.result()

@@ -7,6 +7,7 @@ they follow from kinematics: a = ω × v, and ω = (v × a) / |v|².
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ import polars as pl
 
 from ..estimate import STATUS, Status
 from ..io.geodesy import DevelopedFrame, SiteFrame
+from ..io.stages import stage
 from .placing import Placed
 
 SLOW = 1e-6  # m/s: below this speed a course means nothing
@@ -55,6 +57,7 @@ class State:
         return np.sqrt(np.maximum(variance, 0.0))
 
 
+@stage("table")
 def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
     """One row per row of `placed`: the columns that `jink.track` documents, nulls where nothing is known."""
     state = State(estimate.x, estimate.P, estimate.components)
@@ -80,7 +83,7 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
         status=pl.Series(np.asarray(estimate.status)).replace_strict(
             list(Status), STATUS, return_dtype=pl.Enum(STATUS)
         ),
-        segment=_segments(manoeuvring, placed.new) if any(estimate.non_manoeuvring) else pl.lit(None, pl.Int32),
+        segment=segments(manoeuvring, placed.new) if any(estimate.non_manoeuvring) else pl.lit(None, pl.Int32),
         file=placed.rows["file"],
         row=placed.rows["row"],
     )
@@ -184,7 +187,7 @@ def _position(placed: Placed, state: State) -> tuple[dict[str, np.ndarray], np.n
     return {}, np.zeros(x.size)
 
 
-def _segments(manoeuvring: np.ndarray, new: np.ndarray) -> pl.Series:
+def segments(manoeuvring: np.ndarray, new: np.ndarray) -> pl.Series:
     """Number of changes between quiet and manoeuvring since the part began, with hysteresis."""
     clear = np.where(manoeuvring > ON, 1, np.where(manoeuvring < OFF, 0, -1))
     clear[new & (clear < 0)] = 0
@@ -197,15 +200,37 @@ def _segments(manoeuvring: np.ndarray, new: np.ndarray) -> pl.Series:
     return pl.Series("segment", (total - base).astype(np.int32))
 
 
+@dataclass
+class NisCounts:
+    """How many rows were updated, how many of them have a NIS inside the central 95 % of χ², and the sum of NIS per
+    dimension.
+    """
+
+    rows: int = 0
+    inside: int = 0
+    total: float = 0.0
+
+    def add(self, table: pl.DataFrame) -> None:
+        """The updated rows of one more table of tracks."""
+        known = (table["status"] == "updated") & table["nis"].is_not_null() & (table["nis_dof"] > 0)
+        if not known.any():
+            return
+        nis, dof = table["nis"].filter(known).to_numpy(), table["nis_dof"].filter(known).to_numpy()
+        low = np.array([NIS_BAND.get(k, (0.0, np.inf))[0] for k in range(int(dof.max()) + 1)])[dof]
+        high = np.array([NIS_BAND.get(k, (0.0, np.inf))[1] for k in range(int(dof.max()) + 1)])[dof]
+        self.rows += nis.size
+        self.inside += int(((nis >= low) & (nis <= high)).sum())
+        self.total += float((nis / dof).sum())
+
+    def shares(self) -> dict[str, float]:
+        """Share inside, and mean per dimension; nothing where no row was updated."""
+        if not self.rows:
+            return {}
+        return {"inside_95": self.inside / self.rows, "mean_per_dimension": self.total / self.rows}
+
+
 def nis_share(table: pl.DataFrame) -> dict[str, float]:
     """Share of the NIS of updated rows inside the central 95 % of χ², and their mean per dimension."""
-    known = (table["status"] == "updated") & table["nis"].is_not_null() & (table["nis_dof"] > 0)
-    if not known.any():
-        return {}
-    nis, dof = table["nis"].filter(known).to_numpy(), table["nis_dof"].filter(known).to_numpy()
-    low = np.array([NIS_BAND.get(k, (0.0, np.inf))[0] for k in range(int(dof.max()) + 1)])[dof]
-    high = np.array([NIS_BAND.get(k, (0.0, np.inf))[1] for k in range(int(dof.max()) + 1)])[dof]
-    return {
-        "inside_95": float(((nis >= low) & (nis <= high)).mean()),
-        "mean_per_dimension": float((nis / dof).mean()),
-    }
+    counts = NisCounts()
+    counts.add(table)
+    return counts.shares()

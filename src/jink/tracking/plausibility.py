@@ -64,18 +64,56 @@ class Finding:
         return f"{who}: {self.what}. Likely: {self.likely}. {self.mend}"
 
 
-def findings(tracks: pl.DataFrame, noise: Sequence[dict[str, Any]], kind: str, consistency: dict[str, float]) -> Any:
+@dataclass(frozen=True)
+class Seen:
+    """What the checks look at, of whole targets: a row for each target, those under whose name there are several, rows
+    of impossible dates, the number, least and largest of the steps of time, and how many rows were scored.
+    """
+
+    targets: pl.DataFrame
+    shared: dict[str, int]
+    dates: pl.DataFrame
+    steps: tuple[int, float, float]
+    scored: int
+
+    @classmethod
+    def of(cls, tracks: pl.DataFrame, kind: str) -> Seen:
+        """Of a table of tracks."""
+        targets = _by_target(tracks, KINDS[kind]).join(
+            _lasting(tracks, KINDS[kind]), on="target", how="left", maintain_order="left"
+        )
+        names = targets.filter(_suspect())["target"]
+        shared = {name: count for name in names if (count := several_targets(tracks, name, KINDS[kind])) > 1}
+        # plots without identity have no NIS
+        scored = int(((tracks["status"] == "updated") & tracks["nis"].is_not_null()).sum()) if "nis" in tracks else 0
+        return cls(targets, shared, _wrong_dates(tracks), _steps(tracks), scored)
+
+    @classmethod
+    def together(cls, some: Sequence[Seen]) -> Seen:
+        """Of tables that have no target in common."""
+        count = sum(seen.steps[0] for seen in some)
+        least, most = (pick(seen.steps[k] for seen in some) for pick, k in ((min, 1), (max, 2)))
+        return cls(
+            pl.concat([seen.targets for seen in some]),
+            {name: count for seen in some for name, count in seen.shared.items()},
+            pl.concat([seen.dates for seen in some]),
+            (count, least, most),
+            sum(seen.scored for seen in some),
+        )
+
+
+def findings(seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency: dict[str, float]) -> Any:
     """All findings of a run, and whether nothing plausible is left: every target is fatally wrong."""
-    targets = _by_target(tracks, KINDS[kind])
+    targets = seen.targets
     found = [
         *_motion(targets, kind),
-        *_rejections(tracks, targets, KINDS[kind]),
+        *_rejections(targets, seen.shared),
         *_stillness(targets),
         *_noise(noise, targets),
-        *_times(tracks, targets),
-        *_consistency(tracks, targets, consistency),
-        *_errors(tracks, noise, targets),
-        *_slant(tracks, noise, targets, kind),
+        *_times(seen),
+        *_consistency(seen, consistency),
+        *_errors(targets, noise),
+        *_slant(targets, noise),
     ]
     lost = {name for finding in found if finding.fatal for name in finding.targets}
     hopeless = bool(lost) and sum(f.count for f in found if f.fatal) >= targets.height
@@ -171,12 +209,19 @@ def _faster(speed: float) -> str:
     return f"--kind {kinds[0][1]} expects up to {kinds[0][0]:g} m/s; " if kinds else ""
 
 
-def _rejections(tracks: pl.DataFrame, targets: pl.DataFrame, kind: Kind) -> Iterator[Finding]:
+def _often_rejected() -> pl.Expr:
+    return (pl.col("rejected") >= REJECTED_ROWS) & (pl.col("rejected") > REJECTED * pl.col("measured"))
+
+
+def _suspect() -> pl.Expr:
+    """Targets whose name may be that of several."""
+    return _often_rejected() | (pl.col("jumps") > JUMPS)
+
+
+def _rejections(targets: pl.DataFrame, shared: dict[str, int]) -> Iterator[Finding]:
     """Targets whose positions the filter does not believe, told apart by whether several targets share a name."""
-    rejected = (pl.col("rejected") >= REJECTED_ROWS) & (pl.col("rejected") > REJECTED * pl.col("measured"))
-    suspect = targets.filter(rejected | (pl.col("jumps") > JUMPS))
-    shared = {name: count for name in suspect["target"] if (count := several_targets(tracks, name, kind)) > 1}
-    bad = suspect.filter(rejected | pl.col("target").is_in(list(shared))).with_columns(
+    suspect = targets.filter(_suspect())
+    bad = suspect.filter(_often_rejected() | pl.col("target").is_in(list(shared))).with_columns(
         (pl.col("rejected") > HOPELESS * pl.col("measured")).alias("hopeless")
     )
     for several in (True, False):
@@ -242,102 +287,111 @@ def _noise(noise: Sequence[dict[str, Any]], targets: pl.DataFrame) -> Iterator[F
         )
 
 
-def _times(tracks: pl.DataFrame, targets: pl.DataFrame) -> Iterator[Finding]:
-    """Dates that cannot be, and clocks that tick in minutes or hours."""
+def _wrong_dates(tracks: pl.DataFrame) -> pl.DataFrame:
+    """Target and time of rows before satellites told the time, or after tomorrow."""
+    if not isinstance(tracks.schema["time"], pl.Datetime):
+        return tracks.select("target", "time").clear()
+    late = pl.col("time") > datetime.now(UTC) + timedelta(days=1)
+    return tracks.lazy().filter((pl.col("time") < OLDEST) | late).select("target", "time").collect()
+
+
+def _steps(tracks: pl.DataFrame) -> tuple[int, float, float]:
+    """The number, least and largest of the times between two rows of a target (s)."""
     time = tracks["time"]
-    if isinstance(time.dtype, pl.Datetime):
-        wrong = tracks.filter((pl.col("time") < OLDEST) | (pl.col("time") > datetime.now(UTC) + timedelta(days=1)))
-        if wrong.height:
-            some = targets.filter(pl.col("target").is_in(wrong["target"].unique().to_list()))
-            yield Finding(
-                "dates",
-                f"dates from {wrong['time'].min():%Y-%m-%d} to {wrong['time'].max():%Y-%m-%d}",  # type: ignore[str-format]
-                **{**_named(some), "rows": wrong.height},
-                likely="a wrong unit or form of time, or a receiver's clock that was not set",
-                mend="--time-unit or --time-format says how time is written",
-            )
-        seconds = time.dt.epoch("ms").to_numpy() / 1e3
-    else:
-        seconds = time.to_numpy()
+    seconds = time.dt.epoch("ms").to_numpy() / 1e3 if isinstance(time.dtype, pl.Datetime) else time.to_numpy()
     inside = (tracks["target"] == tracks["target"].shift(1)).fill_null(False).to_numpy()[1:]
     step = np.diff(seconds)[inside]
     step = step[step > 0]
-    if step.size >= FEWEST and step.min() >= COARSE and np.ptp(step) < 1e-6 * step[0]:
+    return (step.size, float(step.min()), float(step.max())) if step.size else (0, np.inf, -np.inf)
+
+
+def _times(seen: Seen) -> Iterator[Finding]:
+    """Dates that cannot be, and clocks that tick in minutes or hours."""
+    wrong, targets = seen.dates, seen.targets
+    if wrong.height:
+        some = targets.filter(pl.col("target").is_in(wrong["target"].unique().to_list()))
+        yield Finding(
+            "dates",
+            f"dates from {wrong['time'].min():%Y-%m-%d} to {wrong['time'].max():%Y-%m-%d}",  # type: ignore[str-format]
+            **{**_named(some), "rows": wrong.height},
+            likely="a wrong unit or form of time, or a receiver's clock that was not set",
+            mend="--time-unit or --time-format says how time is written",
+        )
+    count, least, most = seen.steps
+    if count >= FEWEST and least >= COARSE and most - least < 1e-6 * least:
         yield Finding(
             "coarse_step",
-            f"every step is exactly {step[0]:g} s",
+            f"every step is exactly {least:g} s",
             **_named(targets),
             likely="time stamps that lost their minutes or seconds, or positions that were sampled before",
             mend="--time-format or --columns time=NAME reads them; a track between such rows is a guess",
         )
 
 
-def _consistency(tracks: pl.DataFrame, targets: pl.DataFrame, consistency: dict[str, float]) -> Iterator[Finding]:
+def _consistency(seen: Seen, consistency: dict[str, float]) -> Iterator[Finding]:
     """The innovations of all rows against what the filter says of them."""
     mean = consistency.get("mean_per_dimension")
     if mean is None or NIS_MEAN[0] <= mean <= NIS_MEAN[1]:
         return
-    if ((tracks["status"] == "updated") & tracks["nis"].is_not_null()).sum() < NIS_ROWS:
+    if seen.scored < NIS_ROWS:
         return
     large = mean > NIS_MEAN[1]
     yield Finding(
         "inconsistent",
         f"innovations are {np.sqrt(mean):.2g} times what the filter expects (mean NIS {mean:.2g} per dimension)",
-        **_named(targets),
+        **_named(seen.targets),
         likely="noise that is set too small, or another kind of target" if large else "noise that is set too large",
         mend="--sensor-sd sets the noise, --kind the motion",
     )
 
 
-def _errors(tracks: pl.DataFrame, noise: Sequence[dict[str, Any]], targets: pl.DataFrame) -> Iterator[Finding]:
+def _errors(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[Finding]:
     """Errors that last: their estimated sd is that of their changes, which is too small."""
-    if not any(line.get("position_sd_from") == "estimated" for line in noise):
+    estimated = [line["position_sd"] for line in noise if line.get("position_sd_from") == "estimated"]
+    if not estimated:
         return
-    names, time, plane, target = _measured(tracks)
-    if not time.size:
+    assumed = max(estimated)
+    some = targets.filter(pl.col("error_sd") > 2.0 * assumed)
+    if not some.height or some.height < CORRELATED * targets.height:
         return
-    sd, seconds = correlated_errors(time, plane, target, len(names))
-    assumed = max(line["position_sd"] for line in noise if "position_sd" in line)
-    known = np.isfinite(sd) & (sd > 2.0 * assumed)
-    if known.sum() < CORRELATED * len(names):
-        return
-    some = targets.filter(pl.col("target").is_in([names[k] for k in np.flatnonzero(known)]))
+    sd, seconds = np.median(some["error_sd"].to_numpy()), np.median(some["error_seconds"].to_numpy())
     yield Finding(
         "correlated",
-        f"errors of about {np.median(sd[known]):.2g} m lasting about {np.median(seconds[known]):.2g} s; the track "
-        f"takes {assumed:.2g} m of them for noise and the rest for motion, so its sds are too small",
+        f"errors of about {sd:.2g} m lasting about {seconds:.2g} s; the track takes {assumed:.2g} m of them for noise "
+        "and the rest for motion, so its sds are too small",
         **_named(some),
         likely="a satellite receiver, or positions that were smoothed before",
-        mend=f"--sensor-sd {np.median(sd[known]):.2g} counts them as noise",
+        mend=f"--sensor-sd {sd:.2g} counts them as noise",
     )
 
 
-def _measured(tracks: pl.DataFrame) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
-    """Names of the targets, then time (N,) s, place (N, 2) m and the number of the target of their accepted rows."""
-    rows = tracks.filter(pl.col("status").is_in(["updated", "initialised"]) & pl.col("measured_x").is_not_null())
-    part = rows.select(pl.struct("target", "part").rle_id().alias("part"))["part"].to_numpy()
-    time = rows["time"]
+def _lasting(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
+    """Of each target: sd and seconds of errors that last, and the height above the radar that ranges without heights
+    show; null where nothing shows."""
+    rows = tracks.lazy().filter(pl.col("status").is_in(["updated", "initialised"]) & pl.col("measured_x").is_not_null())
+    table = rows.select("target", "part", "time", "measured_x", "measured_y").collect()
+    of = table.select(pl.struct("target", "part").rle_id().alias("part"))["part"].to_numpy().astype(np.int64)
+    starts = np.flatnonzero(np.diff(of, prepend=-1))
+    time = table["time"]
     seconds = time.dt.epoch("us").to_numpy() / 1e6 if isinstance(time.dtype, pl.Datetime) else time.to_numpy()
-    starts = np.flatnonzero(np.diff(part, prepend=-1)) if part.size else np.zeros(0, int)
-    names = rows["target"].gather(starts).to_list()
-    return names, seconds, rows.select("measured_x", "measured_y").to_numpy(), part.astype(np.int64)
+    plane = table.select("measured_x", "measured_y").to_numpy()
+    sd, lasting = correlated_errors(seconds, plane, of, starts.size)
+    slant = np.full(starts.size, np.nan)
+    if "measured_z" not in tracks.columns and kind.extent[1] >= 1e3:
+        slant = np.array([slant_height(seconds[of == k], plane[of == k]) for k in range(starts.size)])
+    found = {"error_sd": sd, "error_seconds": lasting, "slant": slant.astype(float)}
+    parts = pl.DataFrame({"target": table["target"].gather(starts), **found}).with_columns(pl.col(list(found)).fill_nan(None))
+    return parts.group_by("target").agg(pl.col(list(found)).median())
 
 
-def _slant(
-    tracks: pl.DataFrame, noise: Sequence[dict[str, Any]], targets: pl.DataFrame, kind: str
-) -> Iterator[Finding]:
+def _slant(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[Finding]:
     """Ranges without heights of targets that fly high above the radar."""
-    flat = any("range_sd" in line for line in noise) and "measured_z" not in tracks.columns
-    if not flat or KINDS[kind].extent[1] < 1e3:
-        return
-    names, time, plane, target = _measured(tracks)
-    high = {name: slant_height(time[target == k], plane[target == k]) for k, name in enumerate(names)}
-    high = {name: height for name, height in high.items() if np.isfinite(height)}
-    if high:
+    high = targets.filter(pl.col("slant").is_not_null())
+    if high.height and any("range_sd" in line for line in noise):
         yield Finding(
             "slant_range",
-            f"paths bend as those of targets {min(high.values()):.0f} to {max(high.values()):.0f} m above the radar do",
-            **_named(targets.filter(pl.col("target").is_in(list(high)))),
+            f"paths bend as those of targets {_range(high['slant'])} m above the radar do",
+            **_named(high),
             likely="slant ranges without heights, taken for ranges along the ground",
             mend="--columns elevation_deg=NAME or altitude=NAME gives the heights",
         )

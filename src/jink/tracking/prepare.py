@@ -6,7 +6,7 @@ Tracks of files, streams and races on recorded positions all come this way, so t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,8 @@ from .cleaning import Cleaned, Cleaning, changes, clean
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
+
+EVIDENCE = 1_000_000  # rows that tell what holds for all targets of a larger table
 
 
 @dataclass(frozen=True)
@@ -103,9 +105,37 @@ class Prepared:
     groups: list[Group]
 
 
-def prepare(measurements: Measurements, settings: Settings) -> Prepared:
-    """Clean, place, tell the noise and choose filters; the measurements' own rows are let go. Errors: InputError."""
-    pace = Pace.of(usual_step(measurements.rows), settings)
+@dataclass(frozen=True)
+class Known:
+    """What some targets of a large table show, and what holds for all of them: pace, and by number of axes the noise
+    and the filter.
+    """
+
+    pace: Pace
+    levels: dict[int, NoiseLevel]
+    filters: dict[int, tuple[Purpose, Any]]
+
+    @classmethod
+    def of(cls, prepared: Prepared) -> Known:
+        """As the prepared rows show it."""
+        step = prepared.pace.step or None
+        levels = {
+            group.placed.axes: NoiseLevel(group.level.covariance[:1], group.level.typical, group.level.sources, step)
+            for group in prepared.groups
+        }
+        return cls(prepared.pace, levels, {g.placed.axes: (g.purpose, g.filter) for g in prepared.groups})
+
+
+def prepare(measurements: Measurements, settings: Settings, known: Known | None = None) -> Prepared:
+    """Clean, place, tell the noise and choose filters; the measurements' own rows are let go. Errors: InputError.
+
+    known: what holds for all rows of a larger table. Where there are more rows than `EVIDENCE`, targets of about so
+    many tell pace, noise and filter for all.
+    """
+    if known is None and (some := evidence(measurements.rows)) is not None:
+        rows = measurements.rows.join(some, on="target", how="semi", maintain_order="left")
+        known = Known.of(prepare(replace(measurements, rows=rows), settings))
+    pace = known.pace if known else Pace.of(usual_step(measurements.rows), settings)
     fastest = kind_of(settings.kind).speed if settings.check else 0.0
     how = Cleaning(pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale, fastest)
     cleaned = clean(measurements.rows, measurements.position, how)
@@ -113,18 +143,39 @@ def prepare(measurements: Measurements, settings: Settings) -> Prepared:
     site = None if measurements.position == "geographic" else settings.site
     named = "source" in measurements.named
     placed = place(cleaned.rows, measurements.position, site, axes_of(settings.filter), named)
-    return Prepared(cleaned, pace, [_group(each, pace, settings) for each in placed])
+    return Prepared(cleaned, pace, [_group(each, pace, settings, known) for each in placed])
 
 
-def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
-    level = noise_levels(placed, settings.sensor_sd, settings.kind)
-    purpose, filter = choose(placed.components, level.typical, pace, settings)
+def evidence(rows: pl.DataFrame) -> pl.DataFrame | None:
+    """Whole targets of about `EVIDENCE` rows, drawn by their names; None where these are all. rows: with `target`."""
+    if rows.height <= EVIDENCE:
+        return None
+    return drawn(rows.group_by("target").len("rows"))
+
+
+def drawn(counts: pl.DataFrame) -> pl.DataFrame | None:
+    """The same from `target` and its number of `rows`."""
+    some = counts.filter(pl.col("rows") <= EVIDENCE)
+    if not some.height:
+        some = counts.sort("rows", "target").head(1)
+    else:
+        some = some.sort(pl.col("target").hash(seed=1), "target").filter(pl.col("rows").cum_sum() <= EVIDENCE)
+    return some.select("target") if some.height and some.height < counts.height else None
+
+
+def _group(placed: Placed, pace: Pace, settings: Settings, known: Known | None) -> Group:
+    of_all = known.levels.get(placed.axes) if known else None
+    level = noise_levels(placed, settings.sensor_sd, settings.kind, of_all)
+    if known is not None and of_all is not None:
+        purpose, filter = known.filters[placed.axes]
+    else:
+        purpose, filter = choose(placed.components, level.typical, pace, settings)
     covariance = None
     named = settings.filter is None or isinstance(settings.filter, str)
     # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
     if named or getattr(filter, "fitted", {}).get("noise") == "of each row":
         begin_with_height(placed, level.covariance)
-        covariance = None if level.uniform else level.covariance
+        covariance = None if level.uniform and known is None else level.covariance
     elif settings.sensor_sd:
         covariance = level.covariance
     return Group(placed, level, purpose, filter, covariance)

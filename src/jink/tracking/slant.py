@@ -13,6 +13,7 @@ HEIGHTS = np.arange(500.0, 15_001.0, 250.0)
 STEEP = 0.25  # of height over the least range of a window, below which nothing shows
 BENT = 6.0  # times the mean square of what remains of a straight path, as against that at the height
 WINDOWS = 2
+ROWS = 2000  # of a part that are looked at
 
 
 def slant_height(time: np.ndarray, plane: np.ndarray) -> float:
@@ -21,7 +22,7 @@ def slant_height(time: np.ndarray, plane: np.ndarray) -> float:
     time (N,) s, plane (N, 2) m east and north of the radar.
     """
     found = []
-    for begin in range(0, time.size - WINDOW + 1, WINDOW // 2):
+    for begin in range(0, min(time.size, ROWS) - WINDOW + 1, WINDOW // 2):
         some = slice(begin, begin + WINDOW)
         height = _of_window(time[some], plane[some])
         if np.isfinite(height):
