@@ -380,7 +380,9 @@ def _lasting(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
     if "measured_z" not in tracks.columns and kind.extent[1] >= 1e3:
         slant = np.array([slant_height(seconds[of == k], plane[of == k]) for k in range(starts.size)])
     found = {"error_sd": sd, "error_seconds": lasting, "slant": slant.astype(float)}
-    parts = pl.DataFrame({"target": table["target"].gather(starts), **found}).with_columns(pl.col(list(found)).fill_nan(None))
+    parts = pl.DataFrame({"target": table["target"].gather(starts), **found}).with_columns(
+        pl.col(list(found)).fill_nan(None)
+    )
     return parts.group_by("target").agg(pl.col(list(found)).median())
 
 
@@ -390,7 +392,7 @@ def _slant(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[F
     if high.height and any("range_sd" in line for line in noise):
         yield Finding(
             "slant_range",
-            f"paths bend as those of targets {_range(high['slant'])} m above the radar do",
+            f"paths bend as those of targets {high['slant'].min():.0f} to {high['slant'].max():.0f} m above the radar do",
             **_named(high),
             likely="slant ranges without heights, taken for ranges along the ground",
             mend="--columns elevation_deg=NAME or altitude=NAME gives the heights",
