@@ -247,6 +247,17 @@ class Proposal:
     @property
     def kind(self) -> Propose: ...
 
+class Coasting:
+    """What a target does while nothing is measured; after 0: it goes on as it was."""
+
+    def __init__(
+        self, *, after: float = 0.0, manoeuvre: float = 1.0, climb: float = 1.0, reverses: bool = True
+    ) -> None: ...
+    @property
+    def after(self) -> float: ...
+    @property
+    def reverses(self) -> bool: ...
+
 class Detection:
     """Input estimation beside one mode; window 0 for none."""
 

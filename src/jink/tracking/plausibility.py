@@ -392,7 +392,8 @@ def _slant(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[F
     if high.height and any("range_sd" in line for line in noise):
         yield Finding(
             "slant_range",
-            f"paths bend as those of targets {high['slant'].min():.0f} to {high['slant'].max():.0f} m above the radar do",
+            f"paths bend as those of targets {high['slant'].min():.0f} to {high['slant'].max():.0f} m above the radar "
+            "do",
             **_named(high),
             likely="slant ranges without heights, taken for ranges along the ground",
             mend="--columns elevation_deg=NAME or altitude=NAME gives the heights",
