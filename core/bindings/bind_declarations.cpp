@@ -132,6 +132,11 @@ void bind_parts(nb::module_ &module) {
         .def(nb::init<int, int, double>(), nb::kw_only(), "window"_a = 0, "shortest"_a = 1, "threshold"_a = 0.0)
         .def_ro("window", &DetectDeclaration::window);
 
+    nb::class_<CoastDeclaration>(module, "Coasting", "What a target does while nothing is measured; after 0: it goes on as it was.")
+        .def(nb::init<double, double, double, bool>(), nb::kw_only(), "after"_a = 0.0, "manoeuvre"_a = 1.0, "climb"_a = 1.0, "reverses"_a = true)
+        .def_ro("after", &CoastDeclaration::after)
+        .def_ro("reverses", &CoastDeclaration::reverses);
+
     nb::class_<AidDeclaration>(module, "Aid", "A learned correction of what goes out.")
         .def(nb::init<AidInputs, AidModel, int, int, std::vector<int>, Vector>(), nb::kw_only(), "kind"_a = AidInputs::none,
              "model"_a = AidModel::network, "inputs"_a = 0, "outputs"_a = 0, "sizes"_a = std::vector<int>(), "numbers"_a = Vector())
@@ -156,6 +161,7 @@ void bind_declarations(nb::module_ &module) {
         .def_rw("outlier_share", &Declaration::outlier_share)
         .def_rw("restart_after", &Declaration::restart_after)
         .def_rw("coast", &Declaration::coast)
+        .def_rw("coasting", &Declaration::coasting)
         .def_rw("start", &Declaration::start)
         .def_rw("velocity_variance", &Declaration::velocity_variance)
         .def_rw("interaction", &Declaration::interaction)

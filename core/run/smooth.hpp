@@ -160,6 +160,7 @@ template <class T> class Smooth {
         } else {
             mode.kernels.advance(start, coefficient(after, j), after.input_of(j), ahead);
         }
+        if (forward.coast.active()) forward.coast(mode, select<T>(after.linked, after.dt, splat<T>(0.0)), after.coasted, start, ahead);
         SmoothPair<T> &p = pairs[i * c.count + j];
         p.log_weight = kernels[j].hear(passage, route.count, ahead, &after.arena[mode.place], route.alike ? p.h : heard);
         p.J = passage.J;

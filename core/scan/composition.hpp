@@ -71,6 +71,13 @@ struct AidDeclaration {
     int memory(int axes) const { return history() * axes; }
 };
 
+// What a target does while nothing is measured (coasting.hpp). Times in seconds; after 0: it goes on as it was.
+struct CoastDeclaration {
+    double after = 0.0, manoeuvre = 1.0, climb = 1.0;
+    bool reverses = true;
+    bool active() const { return after > 0.0 || !reverses; }
+};
+
 struct Declaration {
     std::vector<ModeDeclaration> modes;
     std::vector<SensorDeclaration> sensors;
@@ -81,6 +88,7 @@ struct Declaration {
     double outlier_share = 0.0;
     int restart_after = 0;                    // rejections in a row; 0 never
     double coast = 0.0;                       // seconds without an accepted measurement; 0 for ever
+    CoastDeclaration coasting;
     Start start = Start::two_point;
     double velocity_variance = 0.0;           // of a track started from one point
     Interaction interaction = Interaction::imm;

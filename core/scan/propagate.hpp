@@ -1,6 +1,7 @@
 // From the last scan to the next: propose which modes are alive, mix their past estimates, predict, adapt the noise.
 #pragma once
 
+#include "scan/coasting.hpp"
 #include "scan/propose.hpp"
 
 namespace jink::inline JINK_LEVEL {
@@ -31,6 +32,8 @@ template <class T> class Propagate {
             if (mode.adapt.active()) std::copy_n(&noises[from], mode.shape.axes * mode.kernels.noise_terms, &out[from]);
         }
     }
+    Coast<T> coast;
+    Coasted<T> coasted;         // of the last step
     const T *transition() const { return pi.data(); }
     Proposal<T> proposal;
 
@@ -127,6 +130,15 @@ template <class T> class Propagate {
     }
 
     void predict(TrackState<T> &s, int j, const T *in, T *out, const T *input, const Fix<T> *fix) {
+        if (!coast.active()) return move(s, j, in, out, input, fix);
+        const Mode<T> &mode = c.modes[j];
+        T from[largest_state];  // `in` and `out` may be one
+        for (int k = 0; k < mode.shape.n; ++k) from[k] = in[k];
+        move(s, j, in, out, input, fix);
+        coast(mode, last_dt, coasted, from, out);
+    }
+
+    void move(TrackState<T> &s, int j, const T *in, T *out, const T *input, const Fix<T> *fix) {
         const Mode<T> &mode = c.modes[j];
         if (!c.varying && !c.proposes()) return mode.kernels.predict(in, coefficient(j), input, out);
         const int axes = mode.shape.axes;
@@ -167,7 +179,8 @@ template <class T> class Propagate {
     }
 };
 
-template <class T> Propagate<T>::Propagate(const Composition<T> &composition) : c(composition), proposal(composition) {
+template <class T> Propagate<T>::Propagate(const Composition<T> &composition)
+    : c(composition), proposal(composition), coast(composition.declared.coasting), coasted{splat<T>(0.0), splat<T>(0.0)} {
     const int m = c.count, all = int(c.modes.size());
     predicted.resize(c.arena_size);
     pi.resize(m * m), weights.resize(m * m), prior.resize(m);
@@ -193,6 +206,7 @@ template <class T> void Propagate<T>::elapse(T dt) {
 
 template <class T> void Propagate<T>::operator()(TrackState<T> &s, T dt, const T *input, const Fix<T> *fix) {
     elapse(dt);
+    if (coast.active()) coasted = coast.over(s, dt);
     if (c.proposes()) take_up(s, dt);
     const int m = c.count;
     if (m == 1) {

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .filters.pseudo_bayesian import GPB1, GPB2, StaticMM
     from .filters.variable_dimension import VariableDimension
     from .filters.variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
+    from .models.coasting import Coasting
     from .models.fuzzy import FuzzyRules
     from .models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
     from .models.outliers import Outliers
@@ -52,6 +53,7 @@ __all__ = [
     "AugmentedAcceleration",
     "AxisByAxis",
     "Bearing",
+    "Coasting",
     "ConstantAcceleration",
     "ConstantVelocity",
     "CoordinatedTurn",
@@ -120,6 +122,7 @@ _HOME = {
     "NetworkNoise": "filters.neural_vsmm",
     "NeuralModes": "filters.neural_vsmm",
     "OnePoint": "models.start",
+    "Coasting": "models.coasting",
     "Outliers": "models.outliers",
     "Polar": "models.sensor",
     "Position": "models.sensor",

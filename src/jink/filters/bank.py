@@ -15,6 +15,7 @@ from .._engine import native
 from ..checks import Array, thread_count
 from ..estimate import Estimate
 from ..io.stages import stage
+from ..models.coasting import Coasting
 from ..models.motion import component_names, mode_names
 from ..models.non_manoeuvring import non_manoeuvring_modes
 from ..models.observed import Observed
@@ -102,6 +103,7 @@ class Bank:
         mixing: str = "prior",
         linearisation: str = "ekf",
         coast: float | None = None,
+        coasting: Coasting | None = None,
         parts: Parts | None = None,
     ) -> None:
         self.not_smoothed = self.not_smoothed or next(filter(None, map(_unsmoothed, self.motions)), "")
@@ -116,6 +118,7 @@ class Bank:
             mixing=mixing,
             linearisation=linearisation,
             coast=coast,
+            coasting=coasting,
         )
         _check_units(self.motions, self.sensors)
         if all(hasattr(part, "native") for part in (*self.motions, *self.sensors)):
@@ -145,6 +148,8 @@ class Bank:
     def _run_stepwise(self, declaration: native.Declaration) -> None:
         from ..stepwise import Stepwise
 
+        if getattr(self, "coasting", None) is not None:
+            raise TypeError("coasting: works on jink's own motion and sensor models, not beside models of your own")
         for motion in self.motions:
             if hasattr(motion, "native") and not is_fixed(native_mode(motion, self.axes)):
                 raise TypeError(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..models.anfis import Anfis
+from ..models.coasting import Coasting
 from ..models.corrector import Corrector
 from ..models.fuzzy import FuzzyRules
 from ..models.motion import MOTIONS
@@ -62,7 +63,7 @@ ADAPTIVE = (
     NetworkNoise,
 )
 LEARNED = (FuzzyRules, NoiseNetwork, ModeNetwork, Network, Anfis, Corrector, Trained)
-SETTINGS = (Outliers, TwoPoint, OnePoint, Prior, Sojourn)
+SETTINGS = (Coasting, Outliers, TwoPoint, OnePoint, Prior, Sojourn)
 KINDS: dict[str, type] = {**MOTIONS, **SENSORS, **{c.__name__: c for c in (*SETTINGS, *ADAPTIVE, *LEARNED)}}
 NAMED = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
 RUN = ("motions", "quiet", "manoeuvring", "sensor")  # models, which a filter checks itself

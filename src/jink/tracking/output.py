@@ -65,6 +65,7 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
     """One row per row of `placed`: the columns that `jink.track` documents, nulls where nothing is known."""
     state = State(estimate.x, estimate.P, estimate.components)
     columns, sds = _kinematics(state)
+    _unknown_velocity(state, np.asarray(estimate.status), columns, sds)
     place, convergence = _position(placed, state)
     columns["course"] = np.mod(columns["course"] + convergence, 2.0 * np.pi)
     head: dict[str, Any] = {
@@ -89,6 +90,8 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
         file=placed.rows["file"],
         row=placed.rows["row"],
     )
+    if placed.axes == 3:
+        table = table.with_columns(altitude_status=_altitude_status())
     if absolute:
         table = table.with_columns((pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC")))
     if "on_ground" in placed.rows.columns:
@@ -102,6 +105,7 @@ def _ordered(names: list[str]) -> list[str]:
         "manoeuvring",
         "segment",
         "status",
+        "altitude_status",
         "on_ground",
         "measured_x",
         "measured_y",
@@ -153,6 +157,24 @@ def _kinematics(state: State) -> tuple[dict[str, np.ndarray], dict[str, np.ndarr
         columns["turn_rate"] = np.where(still, np.nan, columns["turn_rate"])
         sds["turn_rate_sd"] = np.where(still, np.nan, sds["turn_rate_sd"])
     return columns, sds
+
+
+def _unknown_velocity(
+    state: State, status: np.ndarray, columns: dict[str, np.ndarray], sds: dict[str, np.ndarray]
+) -> None:
+    """A track that has begun from one position says nothing of its velocity: it is null, not zero."""
+    unknown = (state["vx"] == 0.0) & (state["vy"] == 0.0) & (status != Status.updated)
+    if unknown.any():
+        for name in ("velocity_x", "velocity_y", "velocity_z", "speed", "climb_rate"):
+            if name in columns:
+                columns[name] = np.where(unknown, np.nan, columns[name])
+        sds["course_sd"] = np.where(unknown, np.nan, sds["course_sd"])
+
+
+def _altitude_status() -> pl.Expr:
+    """The status of the height alone: what was not measured is predicted, whatever else was."""
+    known = pl.col("measured_z").is_not_null()
+    return pl.when(known).then(pl.col("status")).otherwise(pl.lit("predicted").cast(pl.Enum(STATUS)))
 
 
 def _position(placed: Placed, state: State) -> tuple[dict[str, np.ndarray], np.ndarray]:

@@ -15,7 +15,9 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.targets import KINDS, Kind
+from .correlated import correlated_errors
 from .several import FACTOR, several_targets
+from .slant import slant_height
 
 FEWEST = 10  # measured rows of a target; of fewer nothing is said
 TOO_FAST = 1.5  # times the kind's speed, by the median of a target
@@ -29,6 +31,7 @@ HOPELESS = 0.4  # the same, above which the tracks are worth nothing
 LEAST_SD, LARGEST_SD = 0.005, 20e3  # m, of a position's estimated noise
 NIS_MEAN = (0.05, 5.0)  # per dimension
 NIS_ROWS = 100
+CORRELATED = 0.5  # share of the targets whose errors are correlated
 COARSE = 1800.0  # s: an even step of at least this is a clock of half hours or hours
 OLDEST = datetime(1990, 1, 1, tzinfo=UTC)
 NAMED = 5  # targets that a finding names
@@ -76,7 +79,9 @@ class Seen:
     @classmethod
     def of(cls, tracks: pl.DataFrame, kind: str) -> Seen:
         """Of a table of tracks."""
-        targets = _by_target(tracks, KINDS[kind])
+        targets = _by_target(tracks, KINDS[kind]).join(
+            _lasting(tracks, KINDS[kind]), on="target", how="left", maintain_order="left"
+        )
         names = targets.filter(_suspect())["target"]
         shared = {name: count for name in names if (count := several_targets(tracks, name, KINDS[kind])) > 1}
         # plots without identity have no NIS
@@ -107,6 +112,8 @@ def findings(seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency
         *_noise(noise, targets),
         *_times(seen),
         *_consistency(seen, consistency),
+        *_errors(targets, noise),
+        *_slant(targets, noise),
     ]
     lost = {name for finding in found if finding.fatal for name in finding.targets}
     hopeless = bool(lost) and sum(f.count for f in found if f.fatal) >= targets.height
@@ -336,6 +343,61 @@ def _consistency(seen: Seen, consistency: dict[str, float]) -> Iterator[Finding]
         likely="noise that is set too small, or another kind of target" if large else "noise that is set too large",
         mend="--sensor-sd sets the noise, --kind the motion",
     )
+
+
+def _errors(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[Finding]:
+    """Errors that last: their estimated sd is that of their changes, which is too small."""
+    estimated = [line["position_sd"] for line in noise if line.get("position_sd_from") == "estimated"]
+    if not estimated:
+        return
+    assumed = max(estimated)
+    some = targets.filter(pl.col("error_sd") > 2.0 * assumed)
+    if not some.height or some.height < CORRELATED * targets.height:
+        return
+    sd, seconds = np.median(some["error_sd"].to_numpy()), np.median(some["error_seconds"].to_numpy())
+    yield Finding(
+        "correlated",
+        f"errors of about {sd:.2g} m lasting about {seconds:.2g} s; the track takes {assumed:.2g} m of them for noise "
+        "and the rest for motion, so its sds are too small",
+        **_named(some),
+        likely="a satellite receiver, or positions that were smoothed before",
+        mend=f"--sensor-sd {sd:.2g} counts them as noise",
+    )
+
+
+def _lasting(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
+    """Of each target: sd and seconds of errors that last, and the height above the radar that ranges without heights
+    show; null where nothing shows."""
+    rows = tracks.lazy().filter(pl.col("status").is_in(["updated", "initialised"]) & pl.col("measured_x").is_not_null())
+    table = rows.select("target", "part", "time", "measured_x", "measured_y").collect()
+    of = table.select(pl.struct("target", "part").rle_id().alias("part"))["part"].to_numpy().astype(np.int64)
+    starts = np.flatnonzero(np.diff(of, prepend=-1))
+    time = table["time"]
+    seconds = time.dt.epoch("us").to_numpy() / 1e6 if isinstance(time.dtype, pl.Datetime) else time.to_numpy()
+    plane = table.select("measured_x", "measured_y").to_numpy()
+    sd, lasting = correlated_errors(seconds, plane, of, starts.size)
+    slant = np.full(starts.size, np.nan)
+    if "measured_z" not in tracks.columns and kind.extent[1] >= 1e3:
+        slant = np.array([slant_height(seconds[of == k], plane[of == k]) for k in range(starts.size)])
+    found = {"error_sd": sd, "error_seconds": lasting, "slant": slant.astype(float)}
+    parts = pl.DataFrame({"target": table["target"].gather(starts), **found}).with_columns(
+        pl.col(list(found)).fill_nan(None)
+    )
+    return parts.group_by("target").agg(pl.col(list(found)).median())
+
+
+def _slant(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[Finding]:
+    """Ranges without heights of targets that fly high above the radar."""
+    high = targets.filter(pl.col("slant").is_not_null())
+    if high.height and any("range_sd" in line for line in noise):
+        yield Finding(
+            "slant_range",
+            f"paths bend as those of targets {high['slant'].min():.0f} to {high['slant'].max():.0f} m above the radar "
+            "do",
+            **_named(high),
+            likely="slant ranges without heights, taken for ranges along the ground",
+            mend="--columns elevation_deg=NAME or altitude=NAME gives the heights",
+        )
 
 
 def _range(values: pl.Series) -> str:
