@@ -124,6 +124,8 @@ class AidInputs(enum.Enum):
 
     innovations = 2
 
+    sums = 3
+
 class AidModel(enum.Enum):
     """A network, or the shape of an ANFIS's membership functions."""
 
@@ -255,8 +257,17 @@ class Proposal:
     @property
     def kind(self) -> Propose: ...
 
+class Detection:
+    """Input estimation beside one mode; window 0 for none."""
+
+    def __init__(self, *, window: int = 0, shortest: int = 1, threshold: float = 0.0) -> None: ...
+    @property
+    def window(self) -> int: ...
+
 class Coasting:
-    """What a target does while nothing is measured; after 0: it goes on as it was."""
+    """
+    What a target does while nothing is measured; after 0: it goes on as it was.
+    """
 
     def __init__(
         self, *, after: float = 0.0, manoeuvre: float = 1.0, climb: float = 1.0, reverses: bool = True
@@ -265,13 +276,6 @@ class Coasting:
     def after(self) -> float: ...
     @property
     def reverses(self) -> bool: ...
-
-class Detection:
-    """Input estimation beside one mode; window 0 for none."""
-
-    def __init__(self, *, window: int = 0, shortest: int = 1, threshold: float = 0.0) -> None: ...
-    @property
-    def window(self) -> int: ...
 
 class Aid:
     """A learned correction of what goes out."""
