@@ -6,7 +6,7 @@ import json
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import MISSING, dataclass, fields
 from importlib import import_module
 from inspect import Parameter, Signature
@@ -223,10 +223,9 @@ def parse_sites(given: Sequence[str] | None) -> dict[str, tuple[float, ...]]:
     sites: dict[str, tuple[float, ...]] = {}
     for item in given or ():
         name, equals, text = item.rpartition("=")
-        try:
+        values: tuple[float, ...] = ()
+        with suppress(ValueError):
             values = tuple(float(part) for part in text.split(","))
-        except ValueError:
-            values = ()
         if len(values) not in (2, 3) or not (abs(values[0]) <= 90.0 and abs(values[1]) <= 360.0):
             raise InputError(f"--site is {item!r}; expected LATITUDE,LONGITUDE[,ALTITUDE] (degrees, metres)")
         if name in sites or (bool(equals) != all(sites) and sites):

@@ -1,4 +1,4 @@
-"""ISO 8601 times of a column that is written alike throughout, read from its bytes, ten times as fast as text by text.
+"""ISO 8601 times of a column that is written alike throughout, read from its bytes instead of text by text.
 
 Where one text has another form than those of its length, or no such day or hour, the caller reads them one by one.
 """

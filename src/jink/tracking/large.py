@@ -33,7 +33,7 @@ PER_ROW = 800  # bytes of memory that a row takes from its reading to its track
 FIXED = 450_000_000  # bytes that the packages, a piece of the input and the tables on their way take
 PIECE = 500_000  # rows that are read at once
 FEWEST = 100_000  # rows of a share: smaller ones save nothing
-SLIM = ("target", "time", "status", "speed", "acceleration_x", "acceleration_y", "measured_x", "measured_y")
+SLIM = ("target", "part", "time", "status", "speed", "acceleration_x", "acceleration_y", "measured_x", "measured_y")
 KNOWN = ("x", "nis")  # columns of which the checks ask whether there is a value
 NEEDED = ("file", "row", "target", "part", "time")  # columns of measurements that tables take over
 

@@ -102,10 +102,10 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
 def _ordered(names: list[str]) -> list[str]:
     """Columns in the documented order: quantities, modes, manoeuvre, and where a row came from at the end."""
     late = [
+        "altitude_status",
         "manoeuvring",
         "segment",
         "status",
-        "altitude_status",
         "on_ground",
         "measured_x",
         "measured_y",
