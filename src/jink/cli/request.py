@@ -223,14 +223,14 @@ def parse_sites(given: Sequence[str] | None) -> dict[str, tuple[float, ...]]:
     sites: dict[str, tuple[float, ...]] = {}
     for item in given or ():
         name, equals, text = item.rpartition("=")
-        values: tuple[float, ...] = ()
+        values: list[float] = []
         with suppress(ValueError):
-            values = tuple(float(part) for part in text.split(","))
+            values += [float(part) for part in text.split(",")]
         if len(values) not in (2, 3) or not (abs(values[0]) <= 90.0 and abs(values[1]) <= 360.0):
             raise InputError(f"--site is {item!r}; expected LATITUDE,LONGITUDE[,ALTITUDE] (degrees, metres)")
         if name in sites or (bool(equals) != all(sites) and sites):
             raise InputError(f"--site is {item!r} beside others; expected a name of its own for each: NAME=LAT,LON")
-        sites[name.strip()] = values
+        sites[name.strip()] = tuple(values)
     return sites
 
 
