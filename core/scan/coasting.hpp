@@ -33,7 +33,7 @@ template <class T> class Coast {
         if (kind == MotionKind::coordinated_turn) turn(dt, late.plane, x, y, shape.n - 1);
         for (int a = 0; a < shape.axes && accelerates; ++a) ease(dt, a == 2 ? late.height : late.plane, x + 3 * a, y + 3 * a);
         if (accelerates && !d.reverses && shape.axes > 1) stop(shape.axes, x, y);
-        if (shape.axes == 3 && (accelerates || shape.block == 2)) level(dt, late.height, x + 2 * shape.block, y + 2 * shape.block);
+        if (shape.axes == 3 && (accelerates || shape.block == 2)) level(late.height, y + 2 * shape.block);
     }
 
   private:
@@ -84,7 +84,7 @@ template <class T> class Coast {
     }
 
     // The vertical axis, [p v ...]: its velocity dies away.
-    void level(T dt, T late, const T *x, T *y) const {
+    void level(T late, T *y) const {
         const Mask<T> on = late > splat<T>(0.0);
         if (!any(on)) return;
         const T kept = exponential<T>(late * (-1.0 / d.climb)), climb = d.climb * (1.0 - kept);

@@ -180,7 +180,7 @@ template <class T> class Propagate {
 };
 
 template <class T> Propagate<T>::Propagate(const Composition<T> &composition)
-    : c(composition), proposal(composition), coast(composition.declared.coasting), coasted{splat<T>(0.0), splat<T>(0.0)} {
+    : c(composition), coast(composition.declared.coasting), coasted{splat<T>(0.0), splat<T>(0.0)}, proposal(composition) {
     const int m = c.count, all = int(c.modes.size());
     predicted.resize(c.arena_size);
     pi.resize(m * m), weights.resize(m * m), prior.resize(m);
