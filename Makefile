@@ -16,7 +16,7 @@ PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
 CORE := $(shell find core -name '*.?pp')
 RUN := $(ENGINE) $(VENV)/.with-track$(comma)report
 
-.PHONY: install demo test test-aarch64 lint dev bench fit-demo clean toolchain
+.PHONY: install demo test test-aarch64 sanitize lint dev bench fit-demo clean toolchain
 
 install: $(RUN)
 
@@ -29,6 +29,10 @@ test: $(ENGINE) $(VENV)/.with-test
 # the engine cross-compiled for 64-bit ARM, its oracle and contract tests under qemu-user; see scripts/test_aarch64.sh
 test-aarch64: $(VENV)/.with-test
 	scripts/test_aarch64.sh
+
+# the engine under AddressSanitizer and UBSan, then under TSan, and the tests that run it; see scripts/sanitize.sh
+sanitize: $(VENV)/.with-test
+	scripts/sanitize.sh
 
 dev: $(ENGINE) $(VENV)/.with-dev
 
