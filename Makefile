@@ -16,7 +16,7 @@ PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
 CORE := $(shell find core -name '*.?pp')
 RUN := $(ENGINE) $(VENV)/.with-track$(comma)report
 
-.PHONY: install demo test test-aarch64 lint dev bench fit-demo clean toolchain
+.PHONY: install demo test test-aarch64 sanitize lint dev bench fit-demo clean toolchain
 
 install: $(RUN)
 
@@ -30,6 +30,10 @@ test: $(ENGINE) $(VENV)/.with-test
 test-aarch64: $(VENV)/.with-test
 	scripts/test_aarch64.sh
 
+# the engine under AddressSanitizer and UBSan, then under TSan, and the tests that run it; see scripts/sanitize.sh
+sanitize: $(VENV)/.with-test
+	scripts/sanitize.sh
+
 dev: $(ENGINE) $(VENV)/.with-dev
 
 lint: dev
@@ -39,7 +43,7 @@ lint: dev
 	$(BIN)/pyright
 
 bench: $(ENGINE) $(VENV)/.with-bench
-	$(BIN)/python -m benchmarks.run
+	$(BIN)/python -m benchmarks.run $(BENCH)
 
 fit-demo: $(ENGINE) $(VENV)/.with-track$(comma)report$(comma)fit
 	$(BIN)/jink fit examples/flights.parquet --starts 1 --minutes 0.4 -o fitted.json --report fitted.html

@@ -63,6 +63,15 @@ def run_gradients(size: Size) -> dict[str, Any]:
     return {name: lap.costs for name, lap in laps.items()}
 
 
+def run_ratios(size: Size) -> dict[str, Any]:
+    """Ratios that have limits: costs of both jobs of each."""
+    from . import ratios
+
+    if size is TINY:
+        return {"ratios": ratios.measure(size.repetitions, size.tracks, size.scans)}
+    return {"ratios": ratios.measure(size.repetitions + 2)}
+
+
 def run_structure(size: Size) -> dict[str, Any]:
     """Variable structures against all forty modes: seconds per update, and position RMSE with its standard error."""
     from . import structure
@@ -196,6 +205,7 @@ def main(arguments: list[str] | None = None) -> int:
             "structure",
             "learning",
             "gradients",
+            "ratios",
             "peers",
             "fresh",
             "threads",
@@ -216,6 +226,7 @@ def main(arguments: list[str] | None = None) -> int:
             "adaptive": run_adaptive,
             "structure": run_structure,
             "gradients": run_gradients,
+            "ratios": run_ratios,
             "peers": run_peers,
             "fresh": run_fresh,
             "threads": run_threads,

@@ -1,6 +1,6 @@
 """The one command behind `make bench`: measures, prints the table, keeps it in benchmarks/RESULTS.md.
 
-python -m benchmarks.run [--quick] [--only TASK ...] [--output FILE]
+python -m benchmarks.run [--quick | --ratios] [--only TASK ...] [--output FILE]
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from . import adaptive_targets, commands, gradients, learning, table, targets
+from . import adaptive_targets, commands, gradients, learning, ratios, stages, table, targets
 
 ROOT = Path(__file__).resolve().parents[1]
 POOLS = (
@@ -107,21 +107,43 @@ def main(arguments: list[str] | None = None) -> int:
         type=Path,
         help="where the report goes (default: benchmarks/RESULTS.md for a whole, full run)",
     )
+    parser.add_argument("--ratios", action="store_true", help="ratios alone, under three minutes; nothing is written")
     options = parser.parse_args(arguments)
     facts = machine()
+    if options.ratios:
+        return _ratios(facts, options.output)
     results = measure(tuple(options.only), options.quick)
     rows = targets.rows(results) + adaptive_targets.rows(results) + learning.rows(results) + gradients.rows(results)
     if options.only != TASKS:
         rows = [row for row in rows if row.measured != "not measured" and "(not run)" not in row.measured]
-    text = table.report(rows, results, facts, "quick: indicative only" if options.quick else "full")
+    size = "quick: indicative only" if options.quick else "full"
+    text = table.part(
+        facts, size, [*table.target_table(rows), "", "### Peers", "", *table.peer_table(results.get("peers", {}))], rows
+    )
     print(text)
     output = options.output
     if output is None and not options.quick and options.only == TASKS:
         output = Path(__file__).with_name("RESULTS.md")
-    if output is not None:
-        output.write_text(text, encoding="utf-8")
-        print(f"written to {output}", file=sys.stderr)
+    _keep(output, text)
     return 0
+
+
+def _ratios(facts: dict[str, str], output: Path | None) -> int:
+    """The ratios and the stages of `jink track`, in under three minutes on an idle machine."""
+    rows = ratios.rows(_attempt("ratios", "full")["ratios"]) + stages.rows(stages.measure(3))
+    text = table.part(facts, "ratios", table.target_table(rows), rows)
+    print(text)
+    _keep(output, text)
+    return 0
+
+
+def _keep(output: Path | None, part: str) -> None:
+    """Write the part into the report, in place of an older one of this machine."""
+    if output is None:
+        return
+    before = output.read_text(encoding="utf-8") if output.exists() else ""
+    output.write_text(table.with_part(before, part), encoding="utf-8")
+    print(f"written to {output}", file=sys.stderr)
 
 
 def _engine(size: str, rounds: int) -> dict[str, Any]:

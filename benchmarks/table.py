@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -12,28 +13,31 @@ from .targets import Row
 MARK = {True: "pass", False: "**short**", None: ""}
 
 
-def report(rows: Sequence[Row], results: dict[str, Any], machine: dict[str, str], size: str) -> str:
-    """The whole of RESULTS.md: machine, targets, peers, how it was measured."""
-    facts = "; ".join(f"{name} {value}" for name, value in machine.items())
+HEAD = """\
+# Speed and memory
+
+One part for each machine and kind of run. `make bench` writes its machine's part, `python -m benchmarks.run --ratios
+--output benchmarks/RESULTS.md` that of its ratios; the parts of other machines stay.
+"""
+
+
+def part(machine: dict[str, str], kind: str, lines: Sequence[str], rows: Sequence[Row]) -> str:
+    """The part of one machine and kind of run: facts, how many targets are reached, the tables."""
+    name, *others = machine.items()
+    facts = "; ".join(f"{key} {value}" for key, value in others)
     counted = [row.reached for row in rows if row.must]
     reached, short, unknown = (counted.count(mark) for mark in (True, False, None))
     summary = f"{reached} of {len(counted)} targets reached, {short} short, {unknown} not measured."
-    lines = [
-        "# Speed and memory",
-        "",
-        f"Written by `make bench` ({size}). {facts}.",
-        "",
-        summary,
-        "",
-        *target_table(rows),
-        "",
-        "## Peers",
-        "",
-        *peer_table(results.get("peers", {})),
-        "",
-        *HOW,
-    ]
-    return "\n".join(lines) + "\n"
+    return "\n".join([f"## {name[1]}: {kind}", "", facts + ".", "", summary, "", *lines]) + "\n"
+
+
+def with_part(text: str, new: str) -> str:
+    """The report with a part in place of the one of the same title, or as its last one."""
+    title = new.split("\n", 1)[0]
+    parts = {each.split("\n", 1)[0]: each for each in re.split(r"^(?=## )", text, flags=re.MULTILINE)[1:]}
+    parts.pop(HOW[0], None)
+    parts[title] = new
+    return "\n".join([HEAD, *(each.rstrip("\n") + "\n" for each in parts.values()), *HOW]) + "\n"
 
 
 def target_table(rows: Iterable[Row]) -> list[str]:
@@ -106,7 +110,8 @@ HOW = """\
   outputs.
 - Threads are timed by the wall clock; of 40 rounds the quicker half counts, the one other processes disturb less.
 - Trainings run alone on all cores, the quickest of three rounds; what counts is processor time, which other work on the
-machine does
-  not add to and the wall clock on two idle cores does not exceed.
+  machine does not add to and the wall clock on two idle cores does not exceed.
+- Ratios are of calls side by side in one process on one core, with memory as the system gives it; the stages of
+  `jink track` are those that `--timings` says, of the example's flights eight times over.
 - Start-up and `jink track` are whole processes by the wall clock; `track` has all cores.\
 """.splitlines()

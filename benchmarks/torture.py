@@ -2,11 +2,12 @@
 
     python -m benchmarks.torture [--updates 1e8] [--filter NAME] [--sensor NAME] [--seed 1] [--workers 2] [--quick]
 
-Noises from 1e-6 to 1e6, steps from 1e-4 to 1e4 s, 10 % of the rows missing, outliers up to 1e300, targets over the site, repeated
-times, tracks of 10⁵ scans. Each case is filtered, smoothed, and tracked live, saved midway and restored. Counted are
-rows that are not finite after their track's start, covariances that are not positive semidefinite, mode probabilities that do not
-sum to one, rows without an estimate after the start, and live rows that a restored state gives otherwise. A filter
-that a purpose cannot have says so (``refused``). The exit status is 1 unless every count is 0.
+Noises from 1e-6 to 1e6, steps from 1e-4 to 1e4 s, 10 % of the rows missing, outliers up to 1e300, targets over the
+site, repeated times, tracks of 10⁵ scans. Each case is filtered, smoothed, and tracked live, saved midway and restored.
+Counted are rows that are not finite after their track's start, covariances that are not positive semidefinite, mode
+probabilities that do not sum to one, rows without an estimate after the start, and live rows that a restored state
+gives otherwise. A filter that a purpose cannot have says so (``refused``). The exit status is 1
+unless every count is 0.
 """
 
 from __future__ import annotations

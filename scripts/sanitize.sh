@@ -19,8 +19,8 @@ while [ $# -gt 0 ] && [ "$1" != -- ]; do what+=("$1"); shift; done
 [ $# -gt 0 ] && shift
 [ ${#what[@]} -gt 0 ] || what=(memory threads)
 
-memory_tests=(tests/contract tests/filters tests/models tests/fuzz)
-thread_tests=(tests/contract/test_contract_batch.py tests/filters/test_untrusted.py tests/filters/test_threads.py)
+memory_tests=(tests/contract tests/filters tests/models)
+thread_tests=(tests/contract/test_contract_batch.py tests/filters/test_untrusted.py)
 
 # build NAME SANITIZERS LEVEL: the package with such an engine in build/sanitize/NAME/package
 build() {

@@ -20,7 +20,9 @@ from benchmarks import (
     learning,
     peers,
     race,
+    ratios,
     reference,
+    stages,
     table,
     targets,
 )
@@ -65,18 +67,57 @@ def test_jink_does_the_peers_jobs_exactly(results):
         assert results["peers"][job]["jink"]["difference"] < 1e-9, job
 
 
+def part(rows, processor="x", kind="tiny"):
+    return table.part({"Processor": processor, "Python": "3"}, kind, table.target_table(rows), rows)
+
+
 def test_report_is_a_table_with_marks(results):
     rows = targets.rows(results)
-    text = table.report(rows, results, {"Processor": "x"}, "tiny")
-    assert all(f"| {row.what}" in text for row in rows)
-    for words in ("not measured", "pass", "not installed"):
+    text = part(rows)
+    assert text.startswith("## x: tiny\n") and all(f"| {row.what}" in text for row in rows)
+    for words in ("not measured", "pass"):
         assert words in text
+    assert any("not installed" in line for line in table.peer_table(results["peers"]))
 
 
 def test_nothing_measured_still_reports():
     rows = targets.rows({})
     assert all(row.reached is None for row in rows)
-    assert table.report(rows, {}, {}, "none")
+    assert part(rows)
+
+
+def test_a_report_keeps_the_parts_of_other_machines():
+    one, other = targets.Row("a", "1 ns", "≤ 2 ns", True), targets.Row("b", "3 ns", "≤ 2 ns", False)
+    text = table.with_part("", part([one], "here"))
+    text = table.with_part(text, part([one], "there"))
+    text = table.with_part(text, part([one], "here", "ratios"))
+    again = table.with_part(text, part([other], "here"))
+    titles = [line for line in again.splitlines() if line.startswith("## ")]
+    assert titles == ["## here: tiny", "## there: tiny", "## here: ratios", table.HOW[0]]
+    here, there, third = (again.split(title)[1].split("## ")[0] for title in titles[:3])
+    assert "| b " in here and "| a " not in here and "1 short" in here
+    assert "| a " in there and "| a " in third
+    assert table.with_part(again, part([other], "here")) == again
+
+
+def test_ratios_are_rows():
+    found = child.run_ratios(child.TINY)["ratios"]
+    rows = ratios.rows(found)
+    assert [row.what for row in rows] == [pair.what for pair in ratios.pairs(3, 5)] and len(rows) == 6
+    assert all(" × " in row.measured and (row.reached is not None) == bool(row.must) for row in rows)
+    found[0] |= {"dear": [5.0], "cheap": [1.0]}
+    found[1] |= {"dear": [3.0], "cheap": [1.0]}
+    assert [row.reached for row in ratios.rows(found)][:2] == [False, True]
+
+
+def test_stages_are_rows():
+    found = stages.measure(1, copies=1)
+    rows = stages.rows(found)
+    assert len(rows) == len(stages.LIMITS) + len(stages.WHOLE)
+    assert all("µs of CPU a row" in row.measured and row.reached is not None for row in rows)
+    cheap = {name: 0.0 for name in found["csv"][0]}
+    assert stages.rows({"csv": [cheap | {"filter": 9.0}]})[0].reached
+    assert not stages.rows({"csv": [cheap | {"write": 9.0}]})[0].reached
 
 
 def test_a_missing_peer_is_shown_as_not_installed():

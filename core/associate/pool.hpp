@@ -40,7 +40,7 @@ struct TrackPack {
 template <class State, class F> void each_number(State &s, F f) {
     for (auto *values : {&s.arena, &s.probability, &s.carry, &s.alive, &s.next, &s.memory})
         for (auto &value : *values) f(value);
-    f(s.time), f(s.last_accepted), f(s.rejections), f(s.first_time);
+    f(s.time), f(s.last_accepted), f(s.last_height), f(s.rejections), f(s.first_time);
     for (auto &value : s.first) f(value);
     for (auto &value : s.first_P) f(value);
 }

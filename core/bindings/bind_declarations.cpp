@@ -30,7 +30,8 @@ void bind_enumerations(nb::module_ &module) {
                              {"known_turn", MotionKind::known_turn},
                              {"current_statistical", MotionKind::current_statistical},
                              {"augmented", MotionKind::augmented},
-                             {"two_stage", MotionKind::two_stage}});
+                             {"two_stage", MotionKind::two_stage},
+                             {"statistical_along_track", MotionKind::statistical_along_track}});
     enumeration<NoiseKind>(module, "NoiseKind", "Process noise: constant over a step (sd), or white (psd).",
                            {{"piecewise", NoiseKind::piecewise}, {"continuous", NoiseKind::continuous}});
     enumeration<SensorKind>(module, "SensorKind", "What a sensor measures.",
@@ -46,7 +47,8 @@ void bind_enumerations(nb::module_ &module) {
                         {"current_statistical", Adapt::current_statistical},
                         {"fuzzy_limits", Adapt::fuzzy_limits},
                         {"fuzzy_rules", Adapt::fuzzy_rules},
-                        {"network", Adapt::network}});
+                        {"network", Adapt::network},
+                        {"straight_limits", Adapt::straight_limits}});
     enumeration<Interaction>(module, "Interaction", "How the modes' past estimates interact.",
                              {{"imm", Interaction::imm}, {"none", Interaction::none}, {"gpb1", Interaction::gpb1}, {"gpb2", Interaction::gpb2}});
     enumeration<Propose>(module, "Propose", "Which modes are alive in a scan.",
@@ -56,7 +58,8 @@ void bind_enumerations(nb::module_ &module) {
                           {"grid", Propose::grid},
                           {"dimension", Propose::dimension}});
     enumeration<AidInputs>(module, "AidInputs", "What a learned correction looks at.",
-                           {{"none", AidInputs::none}, {"residuals", AidInputs::residuals}, {"innovations", AidInputs::innovations}});
+                           {{"none", AidInputs::none}, {"residuals", AidInputs::residuals}, {"innovations", AidInputs::innovations},
+                            {"sums", AidInputs::sums}});
     enumeration<AidModel>(module, "AidModel", "A network, or the shape of an ANFIS's membership functions.",
                           {{"network", AidModel::network},
                            {"triangular", AidModel::triangular},
@@ -82,7 +85,7 @@ void bind_parts(nb::module_ &module) {
             "__init__",
             [](ModeDeclaration *self, MotionKind kind, int axes, const Vector &parameters, const Vector &prior_variance, NoiseKind noise,
                NoiseKind turn_noise) {
-                new (self) ModeDeclaration{{kind, noise, turn_noise, axes}, shape_of(kind, axes), parameters, prior_variance, {}, {}, false};
+                new (self) ModeDeclaration{{kind, noise, turn_noise, axes}, shape_of(kind, axes), parameters, prior_variance, {}, {}, false, false};
             },
             nb::kw_only(), "kind"_a, "axes"_a, "parameters"_a, "prior_variance"_a, "noise"_a = NoiseKind::piecewise,
             "turn_noise"_a = NoiseKind::piecewise)
@@ -94,7 +97,8 @@ void bind_parts(nb::module_ &module) {
         .def_rw("parameters", &ModeDeclaration::parameters)
         .def_rw("adaptation", &ModeDeclaration::adapt)
         .def_rw("level", &ModeDeclaration::level)
-        .def_rw("around_side", &ModeDeclaration::around_side);
+        .def_rw("around_side", &ModeDeclaration::around_side)
+        .def_rw("in_sd", &ModeDeclaration::in_sd);
 
     nb::class_<SensorDeclaration>(module, "Sensor", "A sensor in numbers: variances, or a packed covariance if correlated.")
         .def(
@@ -128,6 +132,11 @@ void bind_parts(nb::module_ &module) {
         .def(nb::init<int, int, double>(), nb::kw_only(), "window"_a = 0, "shortest"_a = 1, "threshold"_a = 0.0)
         .def_ro("window", &DetectDeclaration::window);
 
+    nb::class_<CoastDeclaration>(module, "Coasting", "What a target does while nothing is measured; after 0: it goes on as it was.")
+        .def(nb::init<double, double, double, bool>(), nb::kw_only(), "after"_a = 0.0, "manoeuvre"_a = 1.0, "climb"_a = 1.0, "reverses"_a = true)
+        .def_ro("after", &CoastDeclaration::after)
+        .def_ro("reverses", &CoastDeclaration::reverses);
+
     nb::class_<AidDeclaration>(module, "Aid", "A learned correction of what goes out.")
         .def(nb::init<AidInputs, AidModel, int, int, std::vector<int>, Vector>(), nb::kw_only(), "kind"_a = AidInputs::none,
              "model"_a = AidModel::network, "inputs"_a = 0, "outputs"_a = 0, "sizes"_a = std::vector<int>(), "numbers"_a = Vector())
@@ -152,6 +161,7 @@ void bind_declarations(nb::module_ &module) {
         .def_rw("outlier_share", &Declaration::outlier_share)
         .def_rw("restart_after", &Declaration::restart_after)
         .def_rw("coast", &Declaration::coast)
+        .def_rw("coasting", &Declaration::coasting)
         .def_rw("start", &Declaration::start)
         .def_rw("velocity_variance", &Declaration::velocity_variance)
         .def_rw("interaction", &Declaration::interaction)

@@ -1,6 +1,8 @@
 // The Python face of live tracks: one target or many, a scan at a time.
+#include <nanobind/stl/string.h>
+
 #include "bindings/live_checks.hpp"
-#include "run/live.hpp"
+#include "bindings/live_results.hpp"
 
 namespace {
 
@@ -8,6 +10,13 @@ struct Estimate : Snapshot<double> {
     std::shared_ptr<const Composition<double>> c;
     Status status = Status::none;
 };
+
+// The mean, and unless null the packed covariance, in the reported components.
+void combined(const Estimate &e, double *x, double *P) {
+    Combine<double> combine(*e.c);
+    combine(e.arena.data(), e.probability.data(), x, P);
+    corrected(e.correction, x, P);
+}
 
 // A NumPy array of this shape, and where its numbers go. Through numpy.empty itself, which is twice as fast as a capsule of ours.
 template <class... Sizes> nb::object new_array(double *&data, Sizes... sizes) {
@@ -21,26 +30,34 @@ template <class... Sizes> nb::object new_array(double *&data, Sizes... sizes) {
     return array;
 }
 
-// Of every mode of the set, of which a track may run a few.
-template <class T> std::vector<T> set_probability(const Composition<T> &c, const Snapshot<T> &s) {
-    if (!c.proposes()) return s.probability;
-    std::vector<T> all(c.members());
-    Proposal<T>(c).spread(s.alive, s.probability.data(), all.data());
-    return all;
-}
-
 nb::object estimate_array(const Estimate &e, bool covariance) {
     const int n = e.c->reported.n;
     double *to, x[largest_state], P[packed_size(largest_state)];
-    Combine<double> combine(*e.c);
-    combine(e.arena.data(), e.probability.data(), x, covariance ? P : nullptr);
-    for (std::size_t i = 0; i < e.correction.size(); ++i) x[i] += e.correction[i];
+    combined(e, x, covariance ? P : nullptr);
     nb::object array = covariance ? new_array(to, n, n) : new_array(to, n);
     for (int r = 0; r < n; ++r)
         if (!covariance) to[r] = e.started ? x[r] : NAN;
         else
             for (int q = 0; q < n; ++q) to[r * n + q] = e.started ? P[packed(r, q)] : NAN;
     return array;
+}
+
+// Of the reported components: px vx (ax) py … turn_rate.
+std::vector<std::string> component_names(const StateShape &s) {
+    std::vector<std::string> names;
+    for (int a = 0; a < s.axes; ++a)
+        for (int k = 0; k < s.block; ++k) names.push_back({"pva"[k], "xyz"[a]});
+    if (s.turn) names.push_back("turn_rate");
+    return names;
+}
+
+int component(const Estimate &e, const std::string &name) {
+    const std::vector<std::string> names = component_names(e.c->reported);
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found != names.end()) return int(found - names.begin());
+    std::string message = "'" + name + "': expected one of ";
+    for (const std::string &known : names) message += (&known == &names[0] ? "" : ", ") + known;
+    throw nb::key_error(message.c_str());
 }
 
 // Seconds from a Python number, or through the package from a date.
@@ -93,6 +110,8 @@ void components(nb::handle z, int columns, double *to) {
 class LiveOne : public Live<double> {
   public:
     using Live<double>::Live;
+
+    nb::object filter;  // what it was started by, for copies
 
     Estimate update_one(nb::handle t, nb::handle z, int sensor, nb::object noise, nb::object input) {
         const int columns = c->declared.columns();
@@ -166,34 +185,7 @@ class LiveMany : public Live<Pack> {
         for (int p = 0; p < packs(); ++p) {
             if (predict_only) Live<Pack>::predict(p, rows.time, rows.one_time, s);
             else Live<Pack>::update(p, rows, pointers[4] ? with_nis : plain, s);
-            write(p, s, combine, pointers, status);
-        }
-    }
-
-  private:
-    void write(int p, const Snapshot<Pack> &s, Combine<Pack> &combine, double *const *to, unsigned char *status) {
-        const int n = c->reported.n, m = c->members();
-        Pack x[largest_state], P[packed_size(largest_state)];
-        if (to[0] || to[1]) combine(s.arena.data(), s.probability.data(), x, to[1] ? P : nullptr);
-        for (std::size_t i = 0; i < s.correction.size(); ++i) x[i] = x[i] + s.correction[i];
-        const std::vector<Pack> probability = set_probability(*c, s);
-        for (int l = 0; l < lanes && p * lanes + l < targets(); ++l) {
-            const int at = p * lanes + l;
-            const bool live = lane(s.started, l);
-            const Outcome<Pack> &o = s.outcome;
-            for (int r = 0; r < n && to[0]; ++r) to[0][at * n + r] = live ? x[r][l] : NAN;
-            for (int r = 0; r < n && to[1]; ++r)
-                for (int q = 0; q < n; ++q) to[1][(at * n + r) * n + q] = live ? P[packed(r, q)][l] : NAN;
-            for (int j = 0; j < m && to[2]; ++j) to[2][at * m + j] = live ? probability[j][l] : NAN;
-            const bool scored = lane(o.scored, l);
-            if (to[3]) to[3][at] = o.log_likelihood[l];
-            if (to[4]) to[4][at] = scored ? o.nis[l] : NAN;
-            if (to[5]) to[5][at] = scored ? o.dof[l] : 0.0;
-            if (to[6]) to[6][at] = s.time[l];
-            status[at] = static_cast<unsigned char>(!live ? Status::none
-                         : lane(o.initialised, l) ? (lane(o.restarted, l) ? Status::restarted : Status::initialised)
-                         : lane(o.gated, l) ? Status::gated
-                         : lane(o.measured, l) ? Status::updated : Status::predicted);
+            write_results(*c, s, combine, p * lanes, std::min(lanes, targets() - p * lanes), pointers, status);
         }
     }
 };
@@ -237,7 +229,11 @@ const char *status_name(Status s) {
 
 void bind_live(nb::module_ &module, nb::class_<Engine> &engine) {
     engine
-        .def("one", [](const Engine &e, int lag) { return new LiveOne(e.scalar, 1, lag); })
+        .def("one", [](const Engine &e, int lag, nb::object filter) {
+            auto *live = new LiveOne(e.scalar, 1, lag);
+            live->filter = std::move(filter);
+            return live;
+        }, "lag"_a, "filter"_a = nb::none())
         .def("many", [](const Engine &e, int n, int lag) { return new LiveMany(e.pack, n, lag); });
 
     nb::class_<Estimate>(module, "Estimate")
@@ -255,7 +251,36 @@ void bind_live(nb::module_ &module, nb::class_<Engine> &engine) {
         .def_prop_ro("log_likelihood", [](const Estimate &e) { return e.outcome.log_likelihood; })
         .def_prop_ro("nis", [](const Estimate &e) { return e.outcome.scored ? e.outcome.nis : NAN; })
         .def_prop_ro("nis_dof", [](const Estimate &e) { return e.outcome.scored ? e.outcome.dof : 0.0; })
-        .def_prop_ro("status", [](const Estimate &e) { return status_name(e.status); });
+        .def_prop_ro("status", [](const Estimate &e) { return status_name(e.status); })
+        .def_prop_ro("components",
+                     [](const Estimate &e) {
+                         nb::list names;
+                         for (const std::string &name : component_names(e.c->reported)) names.append(nb::str(name.c_str()));
+                         return nb::tuple(names);
+                     })
+        .def(
+            "__getitem__",
+            [](const Estimate &e, const std::string &name) {
+                double x[largest_state];
+                const int at = component(e, name);
+                combined(e, x, nullptr);
+                return e.started ? x[at] : NAN;
+            },
+            "component"_a, "One component's estimate, by name.")
+        .def(
+            "sd",
+            [](const Estimate &e, const std::string &name) {
+                double x[largest_state], P[packed_size(largest_state)];
+                const int at = component(e, name);
+                combined(e, x, P);
+                return e.started ? std::sqrt(P[packed(at, at)]) : NAN;
+            },
+            "component"_a, "One component's standard deviation, by name.")
+        .def("__repr__", [](const Estimate &e) {
+            std::string names;
+            for (const std::string &name : component_names(e.c->reported)) names += " " + name;
+            return "Estimate(" + std::string(status_name(e.status)) + " at " + std::to_string(e.time) + " s;" + names + ")";
+        });
 
     nb::class_<LiveOne>(module, "LiveOne")
         .def("update", &LiveOne::update_one, "t"_a, "z"_a.none(), "sensor"_a = 0, "covariance"_a = nb::none(), "input"_a = nb::none(),
@@ -266,7 +291,11 @@ void bind_live(nb::module_ &module, nb::class_<Engine> &engine) {
         .def("reset", [](LiveOne &live) { reset_at(live, 0); }, "Forget the target; the next position starts a new one.")
         .def("save", save_state<LiveOne>, "The state as bytes, the same on every machine.")
         .def("restore", restore_state<LiveOne>, "state"_a, "Take up a saved state.")
-        .def("__getstate__", save_state<LiveOne>);
+        .def("__reduce__", [](nb::handle self) {
+            const LiveOne &live = nb::cast<const LiveOne &>(self);
+            if (live.filter.is_none()) throw nb::type_error("a live target without its filter cannot be copied");
+            return nb::make_tuple(nb::module_::import_("jink.filters.live").attr("started"), nb::make_tuple(live.filter, live.lag_scans(), save_state(live)));
+        });
 
     nb::class_<LiveMany>(module, "LiveMany")
         .def("update", &LiveMany::update_all, "t"_a, "z"_a, "sensor"_a.none(), "noise"_a.none(), "input"_a.none(), "results"_a, "predict_only"_a)

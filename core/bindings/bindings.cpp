@@ -44,5 +44,6 @@ NB_MODULE(JINK_MODULE, module) {
         .def("run", run, "time"_a, "z"_a, "columns"_a, "offsets"_a, "sensor"_a.none(), "noise"_a.none(), "full_noise"_a, "input"_a.none(),
              "prior_x"_a.none(), "prior_P"_a.none(), "results"_a, "status"_a.none(), "smooth"_a, "until"_a.none(), "threads"_a);
     bind_live(module, engine);
+    bind_slots(module, engine);
     bind_association(module, engine);
 }

@@ -9,17 +9,18 @@ namespace jink::inline JINK_LEVEL {
 
 template <class T, int A> MotionKernels<T> kernels_for_axes(const MotionSpec &spec, bool unscented) {
     switch (spec.kind) {
-        case MotionKind::constant_velocity: return kernels_of<T, ConstantVelocity<A>>(unscented);
+        case MotionKind::constant_velocity: return kernels_of<T, ConstantVelocity<A>>(spec, unscented);
         case MotionKind::constant_acceleration:
-        case MotionKind::singer: return kernels_of<T, AccelerationState<A>>(unscented);
-        case MotionKind::current_statistical: return kernels_of<T, CurrentStatistical<A>>(unscented);
-        case MotionKind::augmented: return kernels_of<T, Augmented<A, false>>(unscented);
-        case MotionKind::two_stage: return kernels_of<T, Augmented<A, true>>(unscented);
+        case MotionKind::singer: return kernels_of<T, AccelerationState<A>>(spec, unscented);
+        case MotionKind::current_statistical: return kernels_of<T, CurrentStatistical<A>>(spec, unscented);
+        case MotionKind::statistical_along_track: return kernels_of<T, StatisticalAlongTrack<A>>(spec, unscented);
+        case MotionKind::augmented: return kernels_of<T, Augmented<A, false>>(spec, unscented);
+        case MotionKind::two_stage: return kernels_of<T, Augmented<A, true>>(spec, unscented);
         default: break;
     }
     if constexpr (A >= 2) {
-        if (spec.kind == MotionKind::known_turn) return kernels_of<T, KnownTurn<A>>(unscented);
-        return kernels_of<T, CoordinatedTurn<A>>(unscented);
+        if (spec.kind == MotionKind::known_turn) return kernels_of<T, KnownTurn<A>>(spec, unscented);
+        return kernels_of<T, CoordinatedTurn<A>>(spec, unscented);
     }
     return {};
 }

@@ -10,6 +10,7 @@
 namespace jink::inline JINK_LEVEL {
 
 inline constexpr int fuzzy_fields = 5;  // per rule: c1, 1/s1, c2, 1/s2, w
+inline constexpr int rules_kept = 64;   // whose firing strengths are not computed twice
 
 template <class T> JINK_INLINE T log_firing(const T *rule, T r, T dr) {
     const T a = (r - rule[0]) * rule[1], b = (dr - rule[2]) * rule[3];
@@ -21,12 +22,17 @@ inline constexpr double nowhere[fuzzy_fields] = {1e150, 1.0, 0.0, 1.0, 0.0};
 
 template <class T> JINK_INLINE T fuzzy_variance(int rules, const T *table, T r, T dr) {
     if (rules == 1) return select<T>(is_nan(r), r, table[4]);
-    T strongest = log_firing<T>(table, r, dr);
-    for (int i = 1; i < rules; ++i) strongest = larger<T>(strongest, log_firing<T>(table + i * fuzzy_fields, r, dr));
+    T kept[rules_kept], strongest = log_firing<T>(table, r, dr);
+    kept[0] = strongest;
+    for (int i = 1; i < rules; ++i) {
+        const T fires = log_firing<T>(table + i * fuzzy_fields, r, dr);
+        if (i < rules_kept) kept[i] = fires;
+        strongest = larger<T>(strongest, fires);
+    }
     T weight = splat<T>(0.0), sum = splat<T>(0.0);
     for (int i = 0; i < rules; ++i) {
         const T *rule = table + i * fuzzy_fields;
-        const T fires = exponential<T>(log_firing<T>(rule, r, dr) - strongest);
+        const T fires = exponential<T>((i < rules_kept ? kept[i] : log_firing<T>(rule, r, dr)) - strongest);
         weight = weight + fires;
         sum = sum + fires * rule[4];
     }

@@ -16,7 +16,8 @@
 namespace jink::inline JINK_LEVEL {
 
 enum class MotionKind {
-    constant_velocity, constant_acceleration, singer, coordinated_turn, known_turn, current_statistical, augmented, two_stage
+    constant_velocity, constant_acceleration, singer, coordinated_turn, known_turn, current_statistical, augmented, two_stage,
+    statistical_along_track
 };
 enum class NoiseKind { piecewise, continuous };  // a constant acceleration over the step (sd), or white noise (psd)
 

@@ -66,7 +66,7 @@ template <int A> struct AccelerationState {
         const T half = 0.5 * dt * dt;
         T q[6];
         c[0] = dt, c[4] = half, c[5] = dt;
-        if (spec.kind == MotionKind::singer || spec.kind == MotionKind::current_statistical) {
+        if (spec.kind != MotionKind::constant_acceleration) {
             singer_step<T>(dt, 1.0 / parameters[A], c + 1, q);
         } else {
             c[1] = half, c[2] = dt, c[3] = splat<T>(1.0);
@@ -119,6 +119,37 @@ template <int A> struct CurrentStatistical : AccelerationState<A> {
             y[3 * a] = from[0] + c[0] * from[1] + c[4] * from[2];
             y[3 * a + 1] = from[1] + c[5] * from[2];
             y[3 * a + 2] = from[2];
+        }
+    }
+};
+
+// The same with noise along and across the velocity, so that axes are correlated. Coefficients: as above, but after each axis' six Q
+// the covariance of a pair of axes, (1, 0), (2, 0), (2, 1), over the variance of the lesser axis.
+template <int A> struct StatisticalAlongTrack : CurrentStatistical<A> {
+    using Plain = CurrentStatistical<A>;
+    static constexpr int noise_at = 6, noise_terms = 7;
+    template <class T> static void prepare(const MotionSpec &spec, T dt, const T *parameters, T *c) {
+        T plain[6 + 6 * A];
+        Plain::prepare(spec, dt, parameters, plain);
+        for (int k = 0; k < 6; ++k) c[k] = plain[k];
+        for (int a = 0; a < A; ++a) {
+            for (int k = 0; k < 6; ++k) c[6 + 7 * a + k] = plain[6 + 6 * a + k];
+            c[6 + 7 * a + 6] = splat<T>(0.0);
+        }
+    }
+    template <class T> JINK_INLINE static void add_noise(const T *c, T *P) {
+        for (int a = 0, pair = 0; a < A; ++a) {
+            const T *q = c + 6 + 7 * a;
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j <= i; ++j) P[packed(3 * a + i, 3 * a + j)] = P[packed(3 * a + i, 3 * a + j)] + q[packed(i, j)];
+            for (int b = 0; b < a; ++b) {
+                const T ratio = c[6 + 7 * pair++ + 6], *lesser = c + 6 + 7 * b;
+                for (int i = 0; i < 3; ++i)
+                    for (int j = 0; j < 3; ++j) {
+                        T &at = P[packed(3 * a + i, 3 * b + j)];
+                        at = at + ratio * lesser[packed(i, j)];
+                    }
+            }
         }
     }
 };

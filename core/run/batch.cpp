@@ -75,7 +75,7 @@ class Runner {
     void estimate(int k, const Pack *arena, const Pack *probability, Mask<Pack> started, const std::vector<Pack> &alive) {
         if (x.wanted() || P.wanted()) {
             combine(arena, probability, xs, P.wanted() ? Ps : nullptr);
-            for (int i = 0; aid.active() && i < c.reported.n; ++i) xs[i] = xs[i] + aid.correction[i];
+            corrected(aid.correction, xs, P.wanted() ? Ps : nullptr);
             if (x.wanted()) x.put(k, xs, started);
             if (P.wanted()) P.put(k, Ps, started);
         }
@@ -113,6 +113,7 @@ class Runner {
 
     void backward(std::int64_t longest) {
         Smooth<Pack> smooth(c);
+        smooth.covariances = P.wanted();
         for (std::int64_t k = longest - 1; k >= 0; --k) {
             if (k == longest - 1) smooth.last(records[k]);
             else smooth.step(records[k], records[k + 1]);

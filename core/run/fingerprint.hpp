@@ -11,7 +11,7 @@ inline void digest(Digest &to, const AdaptDeclaration &d) {
 }
 
 inline void digest(Digest &to, const ModeDeclaration &d) {
-    for (const int value : {int(d.motion.kind), int(d.motion.noise), int(d.motion.turn_noise), d.motion.axes, d.shape.n, int(d.around_side)}) to.number(value);
+    for (const int value : {int(d.motion.kind), int(d.motion.noise), int(d.motion.turn_noise), d.motion.axes, d.shape.n, int(d.around_side) + 2 * int(d.in_sd)}) to.number(value);
     to.numbers(d.parameters), to.numbers(d.prior_variance), to.numbers(d.level);
     digest(to, d.adapt);
 }
@@ -32,6 +32,8 @@ inline std::uint64_t fingerprint(const Declaration &d) {
     to.numbers(d.transition), to.numbers(d.initial_probability);
     for (const int value : {int(d.continuous), int(d.unscented), int(d.unbiased_mixing), d.restart_after, int(d.start), int(d.interaction)}) to.number(value);
     for (const double value : {d.outlier_share, d.coast, d.velocity_variance}) to.number(value);
+    for (const double value : {d.coasting.after, d.coasting.manoeuvre, d.coasting.climb}) to.number(value);
+    to.number(int(d.coasting.reverses));
     to.number(int(d.propose.kind)), to.number(d.propose.slots), to.numbers(d.propose.start), to.numbers(d.propose.numbers);
     for (const auto &neighbours : d.propose.neighbours) to.numbers(neighbours);
     digest(to, d.scores);

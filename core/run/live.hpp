@@ -29,6 +29,7 @@ template <class T> class Live {
     const std::shared_ptr<const Composition<T>> c;
     mutable std::mutex busy;  // held by whoever reads or changes the tracks
     int targets() const { return n; }
+    int lag_scans() const { return lag; }
     int packs() const { return int(states.size()); }
 
     // Row-wise input of all targets: z (n, columns); t one for all or one each; noise and input as in a batch, or null.
@@ -110,7 +111,7 @@ template <class T> class Live {
 
     // A target's state as plain numbers, the same on every machine; the fixed lag's past is not part of it.
     int numbers() const {
-        return c->arena_size + c->count + c->carry_size + 2 * int(c->declared.propose.start.size()) + c->declared.memory_size() + 6 + 3 + 6 + 2;
+        return c->arena_size + c->count + c->carry_size + 2 * int(c->declared.propose.start.size()) + c->declared.memory_size() + 7 + 3 + 6 + 2;
     }
     std::string save() const {
         std::vector<double> all(std::size_t(numbers()) * n);
@@ -129,7 +130,7 @@ template <class T> class Live {
         states = std::move(taken);
     }
 
-  private:
+  protected:
     Step<T> step;
     Aid<T> aid;
     Smooth<T> back;
@@ -174,7 +175,7 @@ template <class T> class Live {
         for (auto &value : s.arena) number(value);
         for (auto *values : {&s.probability, &s.carry, &s.alive, &s.next, &s.memory})
             for (auto &value : *values) number(value);
-        number(s.time), number(s.last_accepted), number(s.rejections), number(s.surprise), number(s.surprise_dof), number(s.first_time);
+        number(s.time), number(s.last_accepted), number(s.last_height), number(s.rejections), number(s.surprise), number(s.surprise_dof), number(s.first_time);
         for (auto &value : s.first) number(value);
         for (auto &value : s.first_P) number(value);
         const auto flag = [&](auto &mask) {

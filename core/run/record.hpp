@@ -8,6 +8,7 @@ namespace jink::inline JINK_LEVEL {
 template <class T> struct Record {
     std::vector<T> arena, probability;
     T dt, input[3];
+    Coasted<T> coasted;  // of the step to this scan
     bool has_input;
     Mask<T> started, linked, used;  // has a state; it follows from the scan before; its measurement was believed
     Measurement<T> measurement;     // of the lanes whose sensor is the first one
@@ -23,6 +24,7 @@ void record(const Step<T> &step, const TrackState<T> &s, const Scan<T> &scan, co
     const Composition<T> &c = step.c;
     r.arena = s.arena, r.probability = s.probability;
     r.dt = s.time - before;
+    r.coasted = step.ahead.coasted;
     r.has_input = scan.input != nullptr;
     for (int a = 0; a < c.declared.axes() && r.has_input; ++a) r.input[a] = scan.input[a];
     r.started = s.started;

@@ -13,8 +13,12 @@
 //
 // Two-filter smoothing: Fraser & Potter, IEEE Trans. AC-14(4), 1969; for switching systems: Helmick, Blair & Hoffman, IEEE Trans.
 // IT-41(6), 1995. The averaging of messages is ours (docs/smoothing.md).
+//
+// What depends on mode j alone (its message's root, its noise) is computed once, not for each pair; F too where it does not depend
+// on the state. Then a pair costs one fusion. The arithmetic is in smooth_kernels.hpp.
 #pragma once
 
+#include "run/smooth_measurement.hpp"
 #include "run/smooth_one.hpp"
 
 namespace jink::inline JINK_LEVEL {
@@ -24,6 +28,7 @@ template <class T> class Smooth {
     explicit Smooth(const Composition<T> &composition);
 
     std::vector<T> arena, probability;  // the smoothed modes of the current scan
+    bool covariances = true;            // of several modes, if they are wanted: nothing else needs them
 
     void last(const Record<T> &record);
 
@@ -35,270 +40,278 @@ template <class T> class Smooth {
 
   private:
     static constexpr int L = largest_state;
-    struct Message {
-        T J[packed_size(L)], h[L], s;
-        void clear() {
-            for (auto &v : J) v = splat<T>(0.0);
-            for (auto &v : h) v = splat<T>(0.0);
-            s = splat<T>(0.0);
-        }
-        void keep(Mask<T> lanes_with_it) {
-            const T zero = splat<T>(0.0);
-            for (auto &v : J) v = select<T>(lanes_with_it, v, zero);
-            for (auto &v : h) v = select<T>(lanes_with_it, v, zero);
-            s = select<T>(lanes_with_it, s, zero);
-        }
-    };
-    struct Pair {
-        Message message;
-        T x[L], P[packed_size(L)], log_weight, share;
+    // Of a pair of modes: which of mode j's components enter, and where it passes.
+    struct Route {
+        int entering[most_entering], count = 0, passage = 0;
+        bool first = true, alike = true;                  // the first pair of its passage; both modes have the same components
+        std::vector<std::pair<int, int>> states, squares;  // where what both have stands in mode j and in mode i
     };
     const Composition<T> &c;
     Propagate<T> forward;
     SmoothOne<T> one;
-    std::vector<Message> messages, next;
-    std::vector<Pair> pairs;
-    std::vector<T> log_total;  // of each mode: its pairs' weights together
-    std::vector<T> roots, message_roots;  // Cholesky factors of the filtered covariances, and of the messages' J
+    std::vector<SmoothKernels<T>> kernels;
+    std::vector<Message<T>> messages, next;
+    std::vector<MessageRoot<T>> roots;
+    std::vector<Route> routes;  // of modes i and j at i * count + j, as the pairs
+    std::vector<Passage<T>> passages;
+    std::vector<SmoothPair<T>> pairs;
+    std::vector<T> most, total;  // of each mode: its pairs' weights together are exp(most) * total
+    std::vector<T> factors;      // Cholesky factors of the filtered covariances
+    std::vector<T> spread;       // of each mode: its pairs about its mean, column by column
 
-    void factor(const Record<T> &now, int i) {
-        roots.resize(c.count * packed_size(L));
-        const Mode<T> &mode = c.modes[i];
-        cholesky<T>(mode.shape.n, &now.arena[mode.place + mode.shape.n], &roots[i * packed_size(L)]);
+    const T *coefficient(const Record<T> &after, int j) const {
+        return after.coefficients.empty() ? forward.coefficient(j) : &after.coefficients[j * largest_coefficients];
+    }
+    const T *factor(int i) const { return &factors[i * packed_size(L)]; }
+
+    // What the scan after measured, as seen by each mode; messages become empty where the track begins with that scan.
+    void add_measurements(const Record<T> &after) {
+        add_measurement(after, c.sensors[after.sensor], after.measurement);
+        for (int k = 0; k < int(after.others.size()); ++k) add_measurement(after, c.sensors[k + 1], after.others[k]);
+        for (int j = 0; j < c.count && !all(after.linked); ++j) keep(j, next[j], after.linked);
     }
 
-    // What the scan after measured, as seen by mode j; its message becomes empty where the track begins with that scan.
-    void add_measurements(const Record<T> &after, int j) {
-        Message &m = next[j];
-        add_measurement(after, j, c.sensors[after.sensor], after.measurement, m);
-        for (int k = 0; k < int(after.others.size()); ++k) add_measurement(after, j, c.sensors[k + 1], after.others[k], m);
-        m.keep(after.linked);
-        message_roots.resize(c.count * packed_size(L));
-        semidefinite_cholesky<T>(c.modes[j].shape.n, m.J, &message_roots[j * packed_size(L)]);
-    }
-
-    void add_measurement(const Record<T> &after, int j, const Sensor<T> &sensor, const Measurement<T> &z, Message &m) const {
-        constexpr int M = largest_measurement;
-        const Mode<T> &mode = c.modes[j];
+    void add_measurement(const Record<T> &after, const Sensor<T> &sensor, const Measurement<T> &z) {
         const SensorSpec spec = seen(sensor);
-        const int n = mode.shape.n;
-        const T *x = &after.arena[mode.place], zero = splat<T>(0.0), one_ = splat<T>(1.0);
-        T y[M], H[M * L], R[packed_size(M)], chol[packed_size(M)], column[M];
-        observe(spec, mode.shape.block, n, x, y);
-        residual(spec, z.z, y, y);
-        observe_jacobian(spec, mode.shape.block, n, x, H);
-        for (int r = 0; r < spec.rows; ++r) {
-            y[r] = select<T>(z.present[r], y[r], zero);
-            for (int k = 0; k < n; ++k) H[r * n + k] = select<T>(z.present[r], H[r * n + k], zero);
-            for (int q = 0; q <= r; ++q) {
-                const T noise = z.full ? z.R[packed(r, q)] : q == r ? z.R[r] : zero;
-                R[packed(r, q)] = select<T>(z.present[r] & z.present[q], noise, q == r ? one_ : zero);
-            }
-        }
-        cholesky<T>(spec.rows, R, chol);
-        solve_lower<T>(spec.rows, chol, y);
-        for (int k = 0; k < n; ++k) {
-            for (int r = 0; r < spec.rows; ++r) column[r] = H[r * n + k];
-            solve_lower<T>(spec.rows, chol, column);
-            for (int r = 0; r < spec.rows; ++r) H[r * n + k] = column[r];
-        }
-        for (int r = 0; r < spec.rows; ++r) {
-            m.s = m.s - 0.5 * y[r] * y[r];
-            for (int k = 0; k < n; ++k) {
-                m.h[k] = m.h[k] + H[r * n + k] * y[r];
-                for (int l = 0; l <= k; ++l) m.J[packed(k, l)] = m.J[packed(k, l)] + H[r * n + k] * H[r * n + l];
-            }
+        const bool direct = spec.linear() && !z.full;
+        T weight[largest_measurement];
+        if (direct) weigh_components(spec, z, weight);
+        for (int j = 0; j < c.count; ++j) {
+            const Mode<T> &mode = c.modes[j];
+            const T *x = &after.arena[mode.place];
+            if (direct) add_components(mode, x, spec, z, weight, next[j]);
+            else add_rows(mode, x, spec, z, next[j]);
         }
     }
 
-    void pair(const Record<T> &now, const Record<T> &after, int i, int j) {
-        const Mode<T> &from = c.modes[i], &to = c.modes[j];
-        const int ni = from.shape.n, nj = to.shape.n, size = packed_size(nj);
-        const int *places = &to.sources[i * (nj + size)];
-        T start[L + packed_size(L)], ahead[L], F[L * L], Q[packed_size(L)];
-        int at[L];  // mode j's components in mode i, or -1
-        for (int k = 0; k < nj; ++k) at[k] = place_of(to.shape, k, from.shape);
-        for (int k = 0; k < nj + size; ++k) start[k] = now.arena[places[k]];
-        to.kernels.linearise(start, after.coefficients.empty() ? forward.coefficient(j) : &after.coefficients[j * largest_coefficients],
-                             after.input_of(j), ahead, F, Q);
-        enter(nj, at, start + nj, F, Q);
-        Message about = next[j];  // moved from mode j's filtered estimate to the prediction from mode i
-        T d[L], Jd[L];
-        for (int k = 0; k < nj; ++k) d[k] = ahead[k] - after.arena[to.place + k];
-        times(nj, about.J, d, Jd);
-        for (int k = 0; k < nj; ++k) {
-            about.s = about.s + (about.h[k] - 0.5 * Jd[k]) * d[k];
-            about.h[k] = about.h[k] - Jd[k];
+    // A message in some lanes, none in the others.
+    void keep(int j, Message<T> &m, Mask<T> lanes_with_it) const {
+        const int n = c.modes[j].shape.n;
+        const T zero = splat<T>(0.0);
+        for (int k = 0; k < packed_size(n); ++k) m.J[k] = select<T>(lanes_with_it, m.J[k], zero);
+        for (int k = 0; k < n; ++k) m.h[k] = select<T>(lanes_with_it, m.h[k], zero);
+        m.s = select<T>(lanes_with_it, m.s, zero), m.rest = select<T>(lanes_with_it, m.rest, splat<T>(1.0));
+    }
+
+    void blur(const Record<T> &after) {
+        for (int j = 0; j < c.count; ++j) kernels[j].root(next[j], roots[j]);
+        for (int j = 0; j < c.count; ++j) {
+            if (c.modes[j].kernels.regressed) continue;
+            T Q[packed_size(L)];
+            for (int k = 0; k < packed_size(c.modes[j].shape.n); ++k) Q[k] = splat<T>(0.0);
+            c.modes[j].kernels.add_noise(coefficient(after, j), Q);
+            kernels[j].blur(Q, roots[j]);
         }
-        integrate(nj, Q, &message_roots[j * packed_size(L)], about);
-        Pair &p = pairs[i * c.count + j];
-        p.message.clear();
-        p.message.s = about.s;
-        T A[L * L];  // F' restricted to what mode i has, ni by nj
-        for (int k = 0; k < ni * nj; ++k) A[k] = splat<T>(0.0);
-        for (int l = 0; l < nj; ++l)
-            for (int k = 0; k < nj && at[l] >= 0; ++k) A[at[l] * nj + k] = F[k * nj + l];
-        for (int r = 0; r < ni; ++r)
-            for (int k = 0; k < nj; ++k) p.message.h[r] = p.message.h[r] + A[r * nj + k] * about.h[k];
-        add_congruence(ni, nj, A, about.J, p.message.J);
-        T moved[L];
-        const T log_det = parallel_sum<T>(ni, &roots[i * packed_size(L)], p.message.J, p.P);
-        times(ni, p.P, p.message.h, moved);
-        T gain = splat<T>(0.0);
-        for (int k = 0; k < ni; ++k) p.x[k] = now.arena[from.place + k] + moved[k], gain = gain + p.message.h[k] * moved[k];
-        const T link = larger<T>(forward.transition()[i * c.count + j] * now.probability[i], splat<T>(1e-300));
-        p.log_weight = logarithm<T>(link) + p.message.s + 0.5 * (gain - log_det);
+    }
+
+    // Mode j's message through the motion from a state as mode j sees it.
+    void open(Passage<T> &to, const Route &route, const Record<T> &after, int j, const T *start) {
+        const Mode<T> &mode = c.modes[j];
+        const SmoothKernels<T> &kernel = kernels[j];
+        const int n = mode.shape.n;
+        to.root = &roots[j];
+        if (mode.kernels.regressed) {
+            T ahead[L], F[L * L], Q[packed_size(L)];
+            mode.kernels.linearise(start, coefficient(after, j), after.input_of(j), ahead, F, Q);
+            to.own = roots[j], to.root = &to.own;
+            kernel.blur(Q, to.own);
+            kernel.pull(to.own.R, F, to.B);
+        } else {
+            mode.kernels.pull(start, coefficient(after, j), to.root->R, to.B);
+        }
+        to.s = to.root->s, to.rest = to.root->rest;
+        if (route.count) enter(to, route, kernel, n, start + n);
+        kernel.gram(to.B, to.J);
+    }
+
+    // What mode i does not have enters with its prior covariance: noise V V' of the start, in B along B V.
+    void enter(Passage<T> &to, const Route &route, const SmoothKernels<T> &kernel, int n, const T *P) {
+        T V[packed_size(most_entering)], root[packed_size(most_entering)];
+        for (int r = 0; r < route.count; ++r)
+            for (int k = 0; k <= r; ++k) V[packed(r, k)] = P[packed(route.entering[r], route.entering[k])];
+        cholesky<T>(route.count, V, root);
+        for (int k = 0; k < route.count; ++k) {
+            T *v = &to.v[k * L];
+            for (int r = 0; r < n; ++r) {
+                v[r] = splat<T>(0.0);
+                for (int l = k; l < route.count; ++l) v[r] = v[r] + to.B[r * n + route.entering[l]] * root[packed(l, k)];
+            }
+            to.s = to.s - 0.5 * kernel.enter(v, to.B, to.scale[k]);
+        }
+    }
+
+    // Mode j's message as mode i hears it.
+    void hear(const Record<T> &now, const Record<T> &after, int i, int j) {
+        const Mode<T> &mode = c.modes[j];
+        const Route &route = routes[i * c.count + j];
+        Passage<T> &passage = passages[route.passage];
+        const int n = mode.shape.n, size = packed_size(n);
+        T seen[L + packed_size(L)], ahead[L], heard[L];
+        const T *start = &now.arena[c.modes[i].place];
+        if (!route.alike) {
+            const int *places = &mode.sources[i * (n + size)];
+            for (int k = 0; k < (route.first ? n + size : n); ++k) seen[k] = now.arena[places[k]];  // with the covariance or without
+            start = seen;
+        }
+        if (route.first) open(passage, route, after, j, start);
+        if (mode.kernels.regressed) {
+            T F[L * L], Q[packed_size(L)];
+            mode.kernels.linearise(start, coefficient(after, j), after.input_of(j), ahead, F, Q);
+        } else {
+            mode.kernels.advance(start, coefficient(after, j), after.input_of(j), ahead);
+        }
+        if (forward.coast.active()) forward.coast(mode, select<T>(after.linked, after.dt, splat<T>(0.0)), after.coasted, start, ahead);
+        SmoothPair<T> &p = pairs[i * c.count + j];
+        p.log_weight = kernels[j].hear(passage, route.count, ahead, &after.arena[mode.place], route.alike ? p.h : heard);
+        p.J = passage.J;
+        p.share = passage.rest;
+        if (route.alike) return;
+        p.J = p.own;  // zero but for the components that both have
+        for (auto [from, to] : route.states) p.h[to] = heard[from];
+        for (auto [from, to] : route.squares) p.own[to] = passage.J[from];
+    }
+
+    void fuse(const Record<T> &now) {
+        const int m = c.count;
+        for (int i = 0; i < m; ++i) {
+            const Mode<T> &mode = c.modes[i];
+            kernels[i].factor(&now.arena[mode.place + mode.shape.n], &factors[i * packed_size(L)]);
+        }
+        for (int i = 0; i < m; ++i)
+            for (int j = 0; j < m; ++j) {
+                SmoothPair<T> &p = pairs[i * m + j];
+                const T *x = &now.arena[c.modes[i].place];
+                const Scaled<T> mean = kernels[i].fuse(factor(i), p.J, p.h, x, p.x, covariances ? p.P : nullptr);
+                const Scaled<T> link = scaled<T>(larger<T>(forward.transition()[i * m + j] * now.probability[i], splat<T>(1e-300)));
+                p.log_weight = link.log + p.log_weight + mean.log, p.share = link.rest * p.share * mean.rest;
+            }
+    }
+
+    // Each pair's share of its first mode's weight, and each mode's probability.
+    void share_out() {
+        const int m = c.count;
+        T most_of_all = splat<T>(-std::numeric_limits<double>::infinity()), sum_of_all = splat<T>(0.0);
+        for (int i = 0; i < m; ++i) {
+            SmoothPair<T> *p = &pairs[i * m];
+            most[i] = p[0].log_weight, total[i] = splat<T>(0.0);
+            for (int j = 1; j < m; ++j) most[i] = larger<T>(most[i], p[j].log_weight);
+            for (int j = 0; j < m; ++j) p[j].share = p[j].share * exponential<T>(p[j].log_weight - most[i]), total[i] = total[i] + p[j].share;
+            const T over = 1.0 / total[i];
+            for (int j = 0; j < m; ++j) p[j].share = p[j].share * over;
+            most_of_all = larger<T>(most_of_all, most[i]);
+        }
+        for (int i = 0; i < m; ++i) {
+            most[i] = most[i] - most_of_all;
+            probability[i] = exponential<T>(most[i]) * total[i], sum_of_all = sum_of_all + probability[i];
+        }
+        const T over = 1.0 / sum_of_all;
+        for (int i = 0; i < m; ++i) probability[i] = probability[i] * over, total[i] = total[i] * over;
+    }
+
+    // Each mode's smoothed estimate over its pairs, matched in two moments, and its message.
+    //
+    // Where the pairs disagree the averaged message would be too sure of itself: its covariance grows by their spread about the
+    // smoothed mean, its peak stays. Its level is such that under the filtered estimate it weighs what its pairs weigh together.
+    void collapse(const Record<T> &now) {
+        const int m = c.count;
+        for (int i = 0; i < m; ++i) {
+            T *x = &arena[c.modes[i].place], *P = covariances ? x + c.modes[i].shape.n : nullptr;
+            kernels[i].merge(&pairs[i * m], m, x, P, messages[i].J, messages[i].h, &spread[i * m * L]);
+        }
+        for (int i = 0; i < m; ++i) kernels[i].root(messages[i], roots[i]);
+        for (int i = 0; i < m; ++i) kernels[i].spread(&spread[i * m * L], m - 1, roots[i], messages[i].J, messages[i].h);
+        for (int i = 0; i < m; ++i) {
+            const Scaled<T> mean = kernels[i].level(factor(i), messages[i].J, messages[i].h);
+            const Scaled<T> weight = scaled<T>(total[i] / (mean.rest * larger<T>(now.probability[i], splat<T>(1e-300))));
+            messages[i].s = most[i] - mean.log + weight.log, messages[i].rest = weight.rest;
+        }
     }
 
     // A track whose next scan has nothing to do with this one ends here: its estimate is the filtered one, to the bit.
-    void end_where_unlinked(const Record<T> &now, Mask<T> linked, int i) {
-        const Mode<T> &mode = c.modes[i];
-        for (int k = mode.place; k < mode.place + mode.size(); ++k) arena[k] = select<T>(linked, arena[k], now.arena[k]);
-        probability[i] = select<T>(linked, probability[i], now.probability[i]);
-        messages[i].keep(linked);
+    void end_where_unlinked(const Record<T> &now, Mask<T> linked) {
+        if (all(linked)) return;
+        for (int i = 0; i < c.count; ++i) {
+            const Mode<T> &mode = c.modes[i];
+            for (int k = mode.place; k < mode.place + mode.size(); ++k) arena[k] = select<T>(linked, arena[k], now.arena[k]);
+            probability[i] = select<T>(linked, probability[i], now.probability[i]);
+            keep(i, messages[i], linked);
+        }
     }
 
     // Where every number of every mode is. A message beyond the range of numbers is dropped: the filtered estimate stays.
     Mask<T> finite() const {
         T sum = splat<T>(0.0);
-        for (const T &value : arena) sum = sum + (value - value);
-        for (const T &value : probability) sum = sum + (value - value);
         for (int i = 0; i < c.count; ++i) {
-            const int n = c.modes[i].shape.n;
-            const Message &m = messages[i];
-            for (int k = 0; k < n; ++k) sum = sum + (m.h[k] - m.h[k]);
-            for (int k = 0; k < packed_size(n); ++k) sum = sum + (m.J[k] - m.J[k]);
-            sum = sum + (m.s - m.s);
+            const T *x = &arena[c.modes[i].place];
+            sum = sum + kernels[i].unsound(x, x + c.modes[i].shape.n, messages[i]) + probability[i] * 0.0;
         }
         return inverse(is_nan(sum));
     }
 
-    // Q += F V F', V the covariance of what the mode before does not have.
-    static void enter(int n, const int *at, const T *P, const T *F, T *Q) {
-        T V[packed_size(L)];
-        bool any_enters = false;
-        for (int r = 0; r < n; ++r)
-            for (int k = 0; k <= r; ++k) {
-                const bool enters = at[r] < 0 && at[k] < 0;
-                V[packed(r, k)] = enters ? P[packed(r, k)] : splat<T>(0.0);
-                any_enters = any_enters || enters;
-            }
-        if (any_enters) add_congruence(n, n, F, V, Q);
-    }
-
-    // The message before noise of covariance Q, with J = R R', h = R g and C C' = I + R' Q R:
-    //   J <- R (C C')^-1 R' ,  h <- R (C C')^-1 g ,  s <- s + 1/2 (g' g - g' (C C')^-1 g - log det C C')
-    // Nothing large is subtracted, however large the noise.
-    static void integrate(int n, const T *Q, const T *R, Message &m) {
-        T W[L * L], C[packed_size(L)], g[L], before = splat<T>(0.0), after = before;
-        const T log_det = parallel_sum<T>(n, R, Q, m.J, W, C);
-        for (int k = 0; k < n; ++k) {  // R g = h; h has nothing where R has a column of zeros
-            T sum = m.h[k];
-            for (int l = 0; l < k; ++l) sum = sum - R[packed(k, l)] * g[l];
-            const T pivot = R[packed(k, k)];
-            const Mask<T> real = pivot > splat<T>(0.0);
-            g[k] = select<T>(real, sum / select<T>(real, pivot, splat<T>(1.0)), splat<T>(0.0));
-            before = before + g[k] * g[k];
-        }
-        solve_lower<T>(n, C, g);
-        for (int k = 0; k < n; ++k) m.h[k] = splat<T>(0.0), after = after + g[k] * g[k];
-        for (int l = 0; l < n; ++l)
-            for (int k = 0; k < n; ++k) m.h[k] = m.h[k] + W[l * n + k] * g[l];
-        m.s = m.s + 0.5 * (before - after - log_det);
-    }
-
-    static void times(int n, const T *P, const T *x, T *out) {
-        for (int r = 0; r < n; ++r) {
-            out[r] = P[packed(r, 0)] * x[0];
-            for (int k = 1; k < n; ++k) out[r] = out[r] + P[packed(r, k)] * x[k];
-        }
-    }
-
-    // Each pair's share of its first mode's weight; returns the logarithm of that.
-    T share_out(int i) {
-        Pair *p = &pairs[i * c.count];
-        T most = p[0].log_weight, sum = splat<T>(0.0);
-        for (int j = 1; j < c.count; ++j) most = larger<T>(most, p[j].log_weight);
-        for (int j = 0; j < c.count; ++j) p[j].share = exponential<T>(p[j].log_weight - most), sum = sum + p[j].share;
-        for (int j = 0; j < c.count; ++j) p[j].share = p[j].share / sum;
-        return most + logarithm<T>(sum);
-    }
-
-    // Mode i's smoothed estimate over its pairs, matched in two moments, and its message.
-    //
-    // Where the pairs disagree the averaged message would be too sure of itself: its covariance grows by their spread about the
-    // smoothed mean, its peak stays.
-    void collapse(const Record<T> &now, int i, T log_weight) {
-        const Mode<T> &mode = c.modes[i];
-        const int n = mode.shape.n, m = c.count;
-        const Pair *p = &pairs[i * m];
-        const T zero = splat<T>(0.0);
-        T *x = &arena[mode.place], *P = x + n, spread[packed_size(L)];
-        Message &out = messages[i];
-        out.clear();
-        for (int r = 0; r < n; ++r) x[r] = zero;
-        for (int k = 0; k < packed_size(n); ++k) P[k] = spread[k] = zero;
-        for (int j = 0; j < m; ++j) {
-            const T share = p[j].share;
-            for (int r = 0; r < n; ++r) x[r] = x[r] + share * p[j].x[r], out.h[r] = out.h[r] + share * p[j].message.h[r];
-            for (int k = 0; k < packed_size(n); ++k)
-                out.J[k] = out.J[k] + share * p[j].message.J[k], P[k] = P[k] + share * p[j].P[k];
-        }
-        for (int j = 0; j < m; ++j)
-            for (int r = 0; r < n; ++r)
-                for (int q = 0; q <= r; ++q)
-                    spread[packed(r, q)] = spread[packed(r, q)] + p[j].share * (p[j].x[r] - x[r]) * (p[j].x[q] - x[q]);
-        for (int k = 0; k < packed_size(n); ++k) P[k] = P[k] + spread[k];
-        for (int r = 0; r < n; ++r) P[packed(r, r)] = P[packed(r, r)] * (1.0 + rounding_share(n));
-        T root[packed_size(L)] = {};
-        semidefinite_cholesky<T>(n, out.J, root);
-        integrate(n, spread, root, out);
-        // its level such that under the filtered estimate it weighs what its pairs weigh together
-        T fused[packed_size(L)], moved[L], gain = zero;
-        const T log_det = parallel_sum<T>(n, &roots[i * packed_size(L)], out.J, fused);
-        times(n, fused, out.h, moved);
-        for (int k = 0; k < n; ++k) gain = gain + out.h[k] * moved[k];
-        const T mine = larger<T>(now.probability[i], splat<T>(1e-300));
-        out.s = log_weight - logarithm<T>(mine) - 0.5 * (gain - log_det);
-    }
+    void lay_out_routes();
 };
 
 template <class T>
 Smooth<T>::Smooth(const Composition<T> &composition)
-    : c(composition), forward(c), one(c), messages(c.count), next(c.count), pairs(c.count * c.count), log_total(c.count) {}
+    : c(composition), forward(c), one(c), messages(c.count), next(c.count), roots(c.count), routes(c.count * c.count), pairs(c.count * c.count),
+      most(c.count), total(c.count), factors(c.count * packed_size(L)), spread(c.count * c.count * L) {
+    for (int i = 0; i < c.count; ++i) kernels.push_back(smooth_kernels<T>(c.modes[i].shape, c.modes[i].kernels.regressed));
+    lay_out_routes();
+}
+
+// Pairs to a mode share a passage if its motion is linear and the same components enter, with the same prior.
+template <class T> void Smooth<T>::lay_out_routes() {
+    int passages_yet = 0;
+    for (int j = 0; j < c.count; ++j)
+        for (int i = 0; i < c.count; ++i) {
+            const Mode<T> &from = c.modes[i], &to = c.modes[j];
+            Route &route = routes[i * c.count + j];
+            for (int k = 0; k < to.shape.n; ++k) {
+                const int at = place_of(to.shape, k, from.shape);
+                if (at < 0) route.entering[route.count++] = k;
+                for (const auto &[other, place] : route.states)
+                    if (at >= 0) route.squares.emplace_back(packed(k, other), packed(at, place));
+                if (at >= 0) route.states.emplace_back(k, at), route.squares.emplace_back(packed(k, k), packed(at, at));
+            }
+            route.alike = route.count == 0 && from.shape.n == to.shape.n;
+            for (int before = 0; before < i && route.first && to.kernels.linear; ++before) {
+                const Route &other = routes[before * c.count + j];
+                if (!std::equal(route.entering, route.entering + route.count, other.entering, other.entering + other.count)) continue;
+                route.first = false, route.passage = other.passage;
+            }
+            if (route.first) route.passage = passages_yet++;
+        }
+    passages.resize(passages_yet);
+}
 
 template <class T> void Smooth<T>::last(const Record<T> &record) {
     arena = record.arena, probability = record.probability;
-    for (auto &m : messages) m.clear();
+    for (auto &m : messages) m = Message<T>(), m.rest = splat<T>(1.0);
 }
 
 template <class T> void Smooth<T>::last(const Record<T> &record, Mask<T> lanes_of_it) {
     for (std::size_t k = 0; k < arena.size(); ++k) arena[k] = select<T>(lanes_of_it, record.arena[k], arena[k]);
     for (std::size_t k = 0; k < probability.size(); ++k) probability[k] = select<T>(lanes_of_it, record.probability[k], probability[k]);
-    for (auto &m : messages) m.keep(inverse(lanes_of_it));
+    for (int i = 0; i < c.count; ++i) keep(i, messages[i], inverse(lanes_of_it));
 }
 
 template <class T> void Smooth<T>::step(const Record<T> &now, const Record<T> &after) {
-    if (c.count == 1) {
+    const int m = c.count;
+    if (m == 1) {
         one.step(now, after, &arena[c.modes[0].place]);
         return;
     }
     next.swap(messages);
-    for (int j = 0; j < c.count; ++j) add_measurements(after, j);
     forward.elapse(select<T>(after.linked, after.dt, splat<T>(0.0)));
-    for (int i = 0; i < c.count; ++i) factor(now, i);
-    for (int j = 0; j < c.count; ++j)
-        for (int i = 0; i < c.count; ++i) pair(now, after, i, j);
-    T most = splat<T>(-std::numeric_limits<double>::infinity()), sum = splat<T>(0.0);
-    for (int i = 0; i < c.count; ++i) log_total[i] = share_out(i), most = larger<T>(most, log_total[i]);
-    for (int i = 0; i < c.count; ++i) probability[i] = exponential<T>(log_total[i] - most), sum = sum + probability[i];
-    for (int i = 0; i < c.count; ++i) {
-        probability[i] = probability[i] / sum;
-        collapse(now, i, log_total[i] - most - logarithm<T>(sum));
-        end_where_unlinked(now, after.linked, i);
-    }
-    const Mask<T> sound = finite();
-    for (int i = 0; !all(sound) && i < c.count; ++i) end_where_unlinked(now, sound, i);
+    add_measurements(after);
+    blur(after);
+    for (int j = 0; j < m; ++j)
+        for (int i = 0; i < m; ++i) hear(now, after, i, j);
+    fuse(now);
+    share_out();
+    collapse(now);
+    end_where_unlinked(now, after.linked);
+    end_where_unlinked(now, finite());
 }
 
 }  // namespace jink::inline JINK_LEVEL

@@ -21,6 +21,7 @@ template <class T> class SmoothOne {
         T ahead[L], F[L * L], Q[packed_size(L)], FP[L * L], P_ahead[packed_size(L)] = {}, chol[packed_size(L)], C[L * L], G[L * L];
         forward.elapse(select<T>(next.linked, next.dt, splat<T>(0.0)));
         mode.kernels.linearise(x, next.coefficients.empty() ? forward.coefficient(0) : next.coefficients.data(), next.input_of(0), ahead, F, Q);
+        if (forward.coast.active()) forward.coast(mode, select<T>(next.linked, next.dt, splat<T>(0.0)), next.coasted, x, ahead);
         for (int r = 0; r < n; ++r)
             for (int k = 0; k < n; ++k) {
                 FP[r * n + k] = splat<T>(0.0);

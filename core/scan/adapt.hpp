@@ -2,8 +2,7 @@
 //
 // A mode that adapts is predicted without noise; then each axis gets a variance, and Q = sum over axes of variance times the
 // motion's Q for unit variance is added. Its carry is what it remembers from scan to scan.
-//   current_statistical  s2 = (4 - pi)/pi (a_max -+ a)^2, a the predicted acceleration. Zhou & Kumar, J. Guidance 7(5), 1984.
-//   fuzzy_limits         the same with a_max = a_th min(1, exp(-k (1 - |a|/a_th))). Wang, Qin, Yang & Yang, Defence Technology 2010.
+//   current_statistical, fuzzy_limits, straight_limits: what fixed or fuzzy limits of the acceleration leave (acceleration_limits.hpp).
 //   fuzzy_rules          Sugeno rules over the residual and its change. Lee, Joo & Park, Trans. KIEE 52D-1-3, 2003.
 //   network              a perceptron over the noise last used and how likely the measurement is with it. Choi, Samal & Ahn, 2001.
 #pragma once
@@ -11,11 +10,11 @@
 #include "models/fuzzy.hpp"
 #include "models/motion.hpp"
 #include "models/network.hpp"
-#include "models/sensor.hpp"
+#include "scan/acceleration_limits.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
-enum class Adapt { none, current_statistical, fuzzy_limits, fuzzy_rules, network };
+enum class Adapt { none, current_statistical, fuzzy_limits, fuzzy_rules, network, straight_limits };
 
 struct AdaptDeclaration {
     Adapt kind = Adapt::none;
@@ -37,13 +36,14 @@ template <class T> class Adaptation {
     }
 
     bool active() const { return kind != Adapt::none; }
-    bool needs_residual() const { return kind == Adapt::fuzzy_rules || kind == Adapt::network; }
+    bool remembers() const { return kind == Adapt::fuzzy_rules || kind == Adapt::network; }
+    bool needs_residual() const { return remembers() || (limited() && AccelerationLimits<T>::widens(numbers)); }
     // Per axis the last residual and the last variance; and whether there was a last residual.
-    int carry_size(int axes) const { return needs_residual() ? 2 * axes + 1 : 0; }
+    int carry_size(int axes) const { return remembers() ? 2 * axes + 1 : 0; }
 
     // Nothing has been seen yet: the variances are the declared ones.
     void forget(int axes, const T *declared, T *carry, Mask<T> which) const {
-        if (!needs_residual()) return;
+        if (!remembers()) return;
         for (int a = 0; a < axes; ++a) {
             carry[a] = select<T>(which, splat<T>(0.0), carry[a]);
             carry[axes + a] = select<T>(which, declared[a], carry[axes + a]);
@@ -51,18 +51,13 @@ template <class T> class Adaptation {
         carry[2 * axes] = select<T>(which, splat<T>(0.0), carry[2 * axes]);
     }
 
-    // The variance of each axis. `in` is the mode predicted without noise, `unit` the variance of a position after this step per
-    // unit of each axis' variance; without a measured position the last variance is kept and the change of residual starts anew.
-    void operator()(const T *in, int block, int axes, int n, const T *unit, const Fix<T> *fix, T *carry, T *variance) const {
-        switch (kind) {
-            case Adapt::current_statistical:
-            case Adapt::fuzzy_limits:
-                for (int a = 0; a < axes; ++a) variance[a] = about_acceleration(in[a * block + 2]);
-                return;
-            case Adapt::fuzzy_rules: return by_rules(in, block, axes, fix, carry, variance);
-            case Adapt::network: return by_network(in, block, axes, n, unit, fix, carry, variance);
-            default: return;
-        }
+    // The variance of each axis, and of each pair of axes the covariance over the lesser axis' variance, where there is one. `in` is
+    // the mode predicted without noise, `unit` the variance of a position after this step per unit of each axis' variance; without a
+    // measured position the last variance is kept and the change of residual starts anew.
+    void operator()(const T *in, int block, int axes, int n, const T *unit, const Fix<T> *fix, T *carry, T *variance, T *ratio) const {
+        if (limited()) return AccelerationLimits<T>(membership(), numbers)({in, in + n, block, axes, unit, fix}, variance, ratio);
+        if (kind == Adapt::fuzzy_rules) return by_rules(in, block, axes, fix, carry, variance);
+        if (kind == Adapt::network) by_network(in, block, axes, n, unit, fix, carry, variance);
     }
 
   private:
@@ -70,19 +65,9 @@ template <class T> class Adaptation {
     std::vector<T> numbers;
     Network<T> network;
 
-    // numbers: a_max, a_min (both positive), least margin as a share of the limit; with fuzzy limits a_th, k above, k below, least margin.
-    T about_acceleration(T a) const {
-        constexpr double pi = 3.14159265358979323846;
-        const T zero = splat<T>(0.0), one = splat<T>(1.0), size = magnitude(a);
-        const Mask<T> up = inverse(a < zero);
-        T limit = select<T>(up, numbers[0], numbers[1]), share = numbers[2];
-        if (kind == Adapt::fuzzy_limits) {
-            const T k = select<T>(up, numbers[1], numbers[2]);
-            limit = numbers[0] * smaller<T>(one, exponential<T>(-(k * (1.0 - size / numbers[0]))));
-            share = numbers[3];
-        }
-        const T margin = larger<T>(limit - size, share * limit);
-        return (4.0 - pi) / pi * margin * margin;
+    bool limited() const { return kind == Adapt::current_statistical || kind == Adapt::fuzzy_limits || kind == Adapt::straight_limits; }
+    Membership membership() const {
+        return kind == Adapt::fuzzy_limits ? Membership::exponential : kind == Adapt::straight_limits ? Membership::straight : Membership::fixed;
     }
 
     void by_rules(const T *in, int block, int axes, const Fix<T> *fix, T *carry, T *variance) const {

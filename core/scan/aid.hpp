@@ -1,9 +1,11 @@
 // A learned aid on top of a filter: along each axis by itself, a correction of the estimate that goes out, from what was just seen.
 //
-// Inputs: z - x(t|t) and x(t|t-1) - x(t|t), in metres (Titi & Guney); or the last innovations over their sd, the newest first. The
+// Inputs: z - x(t|t) and x(t|t-1) - x(t|t), in metres (Titi & Guney); or the last innovations over their sd, the newest first, or their sums. The
 // model is a perceptron or an adaptive network-based fuzzy inference system (Jang, IEEE Trans. SMC-23(3), 1993). Outside the range
-// it was trained on the correction fades to nothing. The filter itself knows nothing of it.
+// it was trained on the correction fades to nothing. The filter itself knows nothing of it: what goes out is x + c and W P W, W diagonal.
 #pragma once
+
+#include <cmath>
 
 #include "scan/combine.hpp"
 #include "scan/step.hpp"
@@ -78,7 +80,8 @@ template <class T> class Aid {
   public:
     explicit Aid(const Composition<T> &composition);
     bool active() const { return d.kind != AidInputs::none; }
-    std::vector<T> correction;  // of each reported component, after a scan
+    // Of each reported component, after a scan: what is added to it; then the factors of their sds.
+    std::vector<T> correction;
 
     void operator()(Step<T> &step, TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o);
 
@@ -86,11 +89,21 @@ template <class T> class Aid {
     const Composition<T> &c;
     const AidDeclaration &d;
     Combine<T> combine;
-    std::vector<T> numbers;  // low, high, centre, scale of each input; scale of each output; how far the answer fades, in widths
+    std::vector<T> numbers;  // low, high, centre, scale of each input; scale of each output; how far the answer fades, in widths; factors of sds
     Network<T> network;
     Anfis<T> anfis;
 
-    void answer(T *u, T *y) const {
+    // Of the newest innovation, the newest two, four, ..., each over the root of how many they are.
+    void sums(const T *innovations, T *u) const {
+        T sum = splat<T>(0.0);
+        for (int i = 0, k = 0; i < d.inputs; ++i) {
+            for (; k < 1 << i; ++k) sum = sum + innovations[k];
+            u[i] = sum * (1.0 / std::sqrt(double(1 << i)));
+        }
+    }
+
+    // The model's answer; returns how far it is believed.
+    T answer(T *u, T *y) const {
         const T zero = splat<T>(0.0);
         T outside = zero;
         for (int k = 0; k < d.inputs; ++k) {
@@ -102,6 +115,7 @@ template <class T> class Aid {
         if (d.model == AidModel::network) network(u, y);
         else anfis(u, y);
         for (int k = 0; k < d.outputs; ++k) y[k] = share * scale[k] * y[k];
+        return share;
     }
 };
 
@@ -109,14 +123,14 @@ template <class T>
 Aid<T>::Aid(const Composition<T> &composition)
     : c(composition), d(c.declared.aid), combine(composition), numbers(Composition<T>::numbers(d.numbers)) {
     if (!active()) return;
-    const int used = 4 * d.inputs + d.outputs + 1;
+    const int used = 4 * d.inputs + d.outputs + 1 + aid_factors;
     if (d.model == AidModel::network) {
         network.sizes = d.sizes;
         network.numbers.assign(numbers.begin() + used, numbers.end());
     } else {
         anfis = Anfis<T>(d.model, d.sizes, d.outputs, &numbers[used]);
     }
-    correction.assign(c.reported.n, splat<T>(0.0));
+    correction.assign(2 * c.reported.n, splat<T>(0.0));
 }
 
 template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o) {
@@ -127,7 +141,8 @@ template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, cons
     step.ahead.merge_pairs();
     combine(step.ahead.predicted.data(), step.ahead.prior.data(), before, P);
     combine(s.arena.data(), s.probability.data(), after, nullptr);
-    for (int i = 0; i < n; ++i) correction[i] = splat<T>(0.0);
+    const T one = splat<T>(1.0), *factor = &numbers[4 * d.inputs + d.outputs + 1];
+    for (int i = 0; i < n; ++i) correction[i] = splat<T>(0.0), correction[n + i] = one;
     T *past = s.memory.data() + s.memory.size() - d.memory(axes);
     for (int a = 0; a < axes; ++a) {
         const int p = a * block;
@@ -136,18 +151,30 @@ template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, cons
         if (d.kind == AidInputs::residuals) {
             u[0] = fix.p[a] - after[p], u[1] = before[p] - after[p];
         } else {
-            T *mine = past + a * d.inputs;
-            for (int k = d.inputs - 1; k > 0; --k) mine[k] = select<T>(taken, mine[k - 1], mine[k]);
+            const int length = d.history();
+            T *mine = past + a * length;
+            for (int k = length - 1; k > 0; --k) mine[k] = select<T>(taken, mine[k - 1], mine[k]);
             mine[0] = select<T>(taken, (fix.p[a] - before[p]) / root, mine[0]);
-            for (int k = 0; k < d.inputs; ++k) u[k] = mine[k];
+            if (d.kind == AidInputs::sums) sums(mine, u);
+            else
+                for (int k = 0; k < length; ++k) u[k] = mine[k];
         }
-        answer(u, y);
+        const T share = answer(u, y);
         for (int k = 0; k < d.outputs && k < block; ++k) {
             const T unit = d.kind == AidInputs::residuals ? splat<T>(1.0)
                                                           : root * square_root(P[packed(p + k, p + k)] / larger<T>(P[packed(p, p)], splat<T>(1e-300)));
             correction[p + k] = select<T>(taken, unit * y[k], splat<T>(0.0));
         }
+        for (int k = 0; k < aid_factors && k < block; ++k) correction[n + p + k] = select<T>(taken, one + share * (factor[k] - one), one);
     }
+}
+
+// What goes out: x (n) and, where wanted, P (packed), by a correction as Aid has it; an empty one changes nothing.
+template <class T, class C> void corrected(const std::vector<C> &correction, T *x, T *P) {
+    const int n = int(correction.size() / 2);
+    for (int i = 0; i < n; ++i) x[i] = x[i] + correction[i];
+    for (int i = 0; P && i < n; ++i)
+        for (int j = 0; j <= i; ++j) P[packed(i, j)] = P[packed(i, j)] * (correction[n + i] * correction[n + j]);
 }
 
 }  // namespace jink::inline JINK_LEVEL

@@ -21,6 +21,7 @@ struct ModeDeclaration {
     AdaptDeclaration adapt;
     std::vector<double> level;            // known acceleration of each axis in this mode, or empty
     bool around_side = false;             // the level counts from the side estimator's acceleration
+    bool in_sd = false;                   // and in units of that estimator's standard deviation
 };
 
 struct SensorDeclaration {
@@ -54,8 +55,10 @@ struct DetectDeclaration {
 };
 
 // A learned correction of what goes out (aid.hpp).
-enum class AidInputs { none, residuals, innovations };
+enum class AidInputs { none, residuals, innovations, sums };
 enum class AidModel { network, triangular, gaussian, bell };
+
+inline constexpr int aid_factors = 3;  // of the sds of position, velocity, acceleration
 
 struct AidDeclaration {
     AidInputs kind = AidInputs::none;
@@ -63,7 +66,16 @@ struct AidDeclaration {
     int inputs = 0, outputs = 0;
     std::vector<int> sizes;       // of the network's layers, or membership functions per input
     std::vector<double> numbers;  // as Aid reads them
-    int memory(int axes) const { return kind == AidInputs::innovations ? inputs * axes : 0; }
+    // Innovations that are looked back on: input k of sums takes 2^k of them.
+    int history() const { return kind == AidInputs::innovations ? inputs : kind == AidInputs::sums ? 1 << (inputs - 1) : 0; }
+    int memory(int axes) const { return history() * axes; }
+};
+
+// What a target does while nothing is measured (coasting.hpp). Times in seconds; after 0: it goes on as it was.
+struct CoastDeclaration {
+    double after = 0.0, manoeuvre = 1.0, climb = 1.0;
+    bool reverses = true;
+    bool active() const { return after > 0.0 || !reverses; }
 };
 
 struct Declaration {
@@ -76,6 +88,7 @@ struct Declaration {
     double outlier_share = 0.0;
     int restart_after = 0;                    // rejections in a row; 0 never
     double coast = 0.0;                       // seconds without an accepted measurement; 0 for ever
+    CoastDeclaration coasting;
     Start start = Start::two_point;
     double velocity_variance = 0.0;           // of a track started from one point
     Interaction interaction = Interaction::imm;
@@ -134,7 +147,7 @@ template <class T> struct Mode {
     std::vector<T> unit;       // parameters for unit variance on each axis and no other noise, if it adapts
     std::vector<T> declared;   // the variances it was declared with, if it adapts: `parameters` then has zeros
     std::vector<T> level;
-    bool around_side = false;
+    bool around_side = false, in_sd = false;
     int carry = 0;             // place of what it adapts by in the track's carry
     int size() const { return shape.n + packed_size(shape.n); }
     bool driven() const { return around_side || !level.empty(); }
@@ -183,7 +196,7 @@ template <class T> struct Composition {
     void add_mode(const ModeDeclaration &m, bool alike) {
         Mode<T> mode{m.motion, m.shape, motion_kernels<T>(m.motion, declared.unscented), update_kernels<T>(m.shape),
                      alike ? mix_kernel<T, true>(m.shape.n) : mix_kernel<T, false>(m.shape.n), lifted(m.parameters), lifted(m.prior_variance), 0, {},
-                     Adaptation<T>(m.adapt, lifted(m.adapt.numbers)), {}, {}, lifted(m.level), m.around_side, carry_size};
+                     Adaptation<T>(m.adapt, lifted(m.adapt.numbers)), {}, {}, lifted(m.level), m.around_side, m.in_sd, carry_size};
         if (mode.adapt.active()) {
             const MotionKind kind = m.motion.kind;
             const bool other_noise = kind == MotionKind::coordinated_turn || kind == MotionKind::augmented || kind == MotionKind::two_stage;

@@ -26,6 +26,7 @@ inline void check_limits(const Declaration &d) {
     check_layers(d.scores.sizes, "network");
     check_layers(d.aid.sizes, "aid");
     if (d.aid.inputs > largest_layer || d.aid.outputs > largest_layer) throw std::invalid_argument("aid: has too many inputs or outputs");
+    if (d.aid.kind == AidInputs::sums && (d.aid.inputs < 1 || d.aid.inputs > 7)) throw std::invalid_argument("aid: expected 1 to 7 sums");
     for (const double mode : d.propose.start)
         if (!(mode >= -1.0 && mode < double(d.modes.size()))) throw std::invalid_argument("active: names a mode that there is not");
 }

@@ -11,6 +11,10 @@ template <class T> using PredictKernel = void (*)(const T *in, const T *c, const
 template <class T> using LineariseKernel = void (*)(const T *in, const T *c, const T *u, T *x, T *F, T *Q);
 template <class T> using PrepareKernel = void (*)(const MotionSpec &spec, T dt, const T *parameters, T *c);
 template <class T> using NoiseKernel = void (*)(const T *c, T *P);
+// x- alone.
+template <class T> using AdvanceKernel = void (*)(const T *in, const T *c, const T *u, T *x);
+// B = R' F, row by row, for a packed lower triangular R.
+template <class T> using PullKernel = void (*)(const T *in, const T *c, const T *R, T *B);
 
 template <class T> struct MotionKernels {
     PrepareKernel<T> prepare;
@@ -18,7 +22,13 @@ template <class T> struct MotionKernels {
     LineariseKernel<T> linearise;
     NoiseKernel<T> add_noise;
     int noise_at, noise_terms;  // where the coefficients hold what is proportional to each axis' variance
+    bool linear, regressed;     // F is the same whatever the state; F and Q are what linearise says of this state
+    AdvanceKernel<T> advance;   // for the smoothers: null for numbers with derivatives, which are not smoothed
+    PullKernel<T> pull;
+    bool turned_noise;          // the last of each axis' terms is a pair's covariance over the lesser axis' variance
 };
+
+template <class T> inline constexpr bool smoothed = std::is_same_v<T, double> || std::is_same_v<T, Pack>;
 
 // Extended Kalman prediction. Only entries of F that are not known to be 0 or 1 are computed with.
 template <class T, class M> void predict(const T *in, const T *c, const T *u, T *out) {
@@ -145,9 +155,32 @@ template <class T, class M> void linearise_unscented(const T *in, const T *c, co
     if (u) M::add_input(u, c, x);
 }
 
-template <class T, class M> MotionKernels<T> kernels_of(bool unscented) {
+template <class T, class M> void advance(const T *in, const T *c, const T *u, T *x) {
+    M::move(in, c, x);
+    if (u) M::add_input(u, c, x);
+}
+
+template <class T, class M> void pull(const T *in, const T *c, const T *R, T *B) {
+    constexpr int n = M::n;
+    T F[n][n];
+    M::jacobian(in, c, F);
+    JINK_UNROLL
+    for (int r = 0; r < n; ++r)
+        JINK_UNROLL
+        for (int j = 0; j < n; ++j) {
+            T sum = splat<T>(0.0);
+            JINK_UNROLL
+            for (int i = r; i < n; ++i)
+                if (M::pattern(i, j)) sum = sum + (M::pattern(i, j) == 1 ? R[packed(i, r)] : R[packed(i, r)] * F[i][j]);
+            B[r * n + j] = sum;
+        }
+}
+
+template <class T, class M> MotionKernels<T> kernels_of(const MotionSpec &spec, bool unscented) {
     constexpr bool linear = !M::turn;  // every model but the coordinated turn
-    MotionKernels<T> k{M::template prepare<T>, predict<T, M>, linearise<T, M>, M::template add_noise<T>, M::noise_at, M::noise_terms};
+    MotionKernels<T> k{M::template prepare<T>, predict<T, M>, linearise<T, M>, M::template add_noise<T>, M::noise_at, M::noise_terms,
+                       linear, unscented && !linear, nullptr, nullptr, spec.kind == MotionKind::statistical_along_track};
+    if constexpr (smoothed<T>) k.advance = advance<T, M>, k.pull = pull<T, M>;
     if (unscented && !linear) k.predict = predict_unscented<T, M>, k.linearise = linearise_unscented<T, M>;
     return k;
 }

@@ -1,6 +1,7 @@
 // From the last scan to the next: propose which modes are alive, mix their past estimates, predict, adapt the noise.
 #pragma once
 
+#include "scan/coasting.hpp"
 #include "scan/propose.hpp"
 
 namespace jink::inline JINK_LEVEL {
@@ -31,6 +32,8 @@ template <class T> class Propagate {
             if (mode.adapt.active()) std::copy_n(&noises[from], mode.shape.axes * mode.kernels.noise_terms, &out[from]);
         }
     }
+    Coast<T> coast;
+    Coasted<T> coasted;         // of the last step
     const T *transition() const { return pi.data(); }
     Proposal<T> proposal;
 
@@ -127,6 +130,15 @@ template <class T> class Propagate {
     }
 
     void predict(TrackState<T> &s, int j, const T *in, T *out, const T *input, const Fix<T> *fix) {
+        if (!coast.active()) return move(s, j, in, out, input, fix);
+        const Mode<T> &mode = c.modes[j];
+        T from[largest_state];  // `in` and `out` may be one
+        for (int k = 0; k < mode.shape.n; ++k) from[k] = in[k];
+        move(s, j, in, out, input, fix);
+        coast(mode, last_dt, coasted, from, out);
+    }
+
+    void move(TrackState<T> &s, int j, const T *in, T *out, const T *input, const Fix<T> *fix) {
         const Mode<T> &mode = c.modes[j];
         if (!c.varying && !c.proposes()) return mode.kernels.predict(in, coefficient(j), input, out);
         const int axes = mode.shape.axes;
@@ -136,7 +148,12 @@ template <class T> class Propagate {
         if (level || side) {
             for (int a = 0; a < axes; ++a) {
                 known[a] = input ? input[a] : splat<T>(0.0);
-                if (level) known[a] = known[a] + level[a];
+                T offset = level ? level[a] : splat<T>(0.0);
+                if (side && mode.in_sd) {
+                    const T variance = s.arena[side->place + side->shape.n + packed(3 * a + 2, 3 * a + 2)];
+                    offset = offset * square_root(larger<T>(variance, splat<T>(1e-300)));
+                }
+                known[a] = known[a] + offset;
                 if (side) known[a] = known[a] + s.arena[side->place + 3 * a + 2];
             }
             input = known;
@@ -152,16 +169,18 @@ template <class T> class Propagate {
         const T *unit = &units[j * largest_coefficients];
         T *noise = &noises[j * largest_coefficients];
         const int axes = mode.shape.axes, from = mode.kernels.noise_at, terms = mode.kernels.noise_terms;
-        T variance[3], position[3];
+        T variance[3], position[3], ratio[3];
         for (int a = 0; a < axes; ++a) position[a] = unit[from + a * terms];
-        mode.adapt(at, mode.shape.block, axes, mode.shape.n, position, fix, s.carry.data() + mode.carry, variance);
+        mode.adapt(at, mode.shape.block, axes, mode.shape.n, position, fix, s.carry.data() + mode.carry, variance, ratio);
         for (int a = 0; a < axes; ++a)
             for (int k = from + a * terms; k < from + (a + 1) * terms; ++k) noise[k] = variance[a] * unit[k];
+        for (int pair = 0; mode.kernels.turned_noise && pair < axes * (axes - 1) / 2; ++pair) noise[from + pair * terms + terms - 1] = ratio[pair];
         mode.kernels.add_noise(noise, at + mode.shape.n);
     }
 };
 
-template <class T> Propagate<T>::Propagate(const Composition<T> &composition) : c(composition), proposal(composition) {
+template <class T> Propagate<T>::Propagate(const Composition<T> &composition)
+    : c(composition), coast(composition.declared.coasting), coasted{splat<T>(0.0), splat<T>(0.0)}, proposal(composition) {
     const int m = c.count, all = int(c.modes.size());
     predicted.resize(c.arena_size);
     pi.resize(m * m), weights.resize(m * m), prior.resize(m);
@@ -187,6 +206,7 @@ template <class T> void Propagate<T>::elapse(T dt) {
 
 template <class T> void Propagate<T>::operator()(TrackState<T> &s, T dt, const T *input, const Fix<T> *fix) {
     elapse(dt);
+    if (coast.active()) coasted = coast.over(s, dt);
     if (c.proposes()) take_up(s, dt);
     const int m = c.count;
     if (m == 1) {

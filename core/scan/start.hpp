@@ -27,7 +27,7 @@ template <class T> void start(const Composition<T> &c, TrackState<T> &s, const F
                 Pv = select<T>(fresh, select<T>(fix.velocity, fix.V[packed(a, b)], a == b ? spread : zero), Pv);
             }
         }
-        if (mode.adapt.needs_residual()) mode.adapt.forget(axes, mode.declared.data(), &s.carry[mode.carry], fresh);
+        if (mode.adapt.remembers()) mode.adapt.forget(axes, mode.declared.data(), &s.carry[mode.carry], fresh);
         if (j < c.count) s.probability[j] = select<T>(fresh, c.initial_probability[j], s.probability[j]);
     }
     for (int j = 0; j < int(s.next.size()); ++j)

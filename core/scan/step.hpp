@@ -127,7 +127,7 @@ template <class T> class Step {
         for (std::size_t k = 0; k < to.carry.size(); ++k) take(to.carry[k], from.carry[k]);
         for (std::size_t k = 0; k < to.memory.size(); ++k) take(to.memory[k], from.memory[k]);
         for (std::size_t k = 0; k < to.next.size(); ++k) take(to.next[k], from.next[k]), take(to.alive[k], from.alive[k]);
-        take(to.last_accepted, from.last_accepted), take(to.first_time, from.first_time), take(to.rejections, from.rejections);
+        take(to.last_accepted, from.last_accepted), take(to.last_height, from.last_height), take(to.first_time, from.first_time), take(to.rejections, from.rejections);
         take(to.surprise, from.surprise), take(to.surprise_dof, from.surprise_dof);
         for (int k = 0; k < 3; ++k) take(to.first[k], from.first[k]);
         for (int k = 0; k < 6; ++k) take(to.first_P[k], from.first_P[k]);
@@ -167,6 +167,7 @@ template <class T> class Step {
         if (gating) gate(s, scan.input, sensor, m, log_outlier, out);
         if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
         s.last_accepted = select<T>(out.measured & inverse(out.gated), s.time, s.last_accepted);
+        if (spec.axes == 3) s.last_height = select<T>(m.present[std::min(2, spec.rows - 1)] & inverse(out.gated), s.time, s.last_height);
         if (!s.settled || any(out.restarted)) begin(s, sensor.spec, scan, sensor, out);
     }
 
@@ -295,7 +296,7 @@ template <class T> class Step {
         out.scored = out.scored & inverse(fresh);
         s.started = s.started | fresh;
         for (T *count : {&s.rejections, &s.surprise, &s.surprise_dof}) *count = select<T>(fresh, splat<T>(0.0), *count);
-        s.last_accepted = select<T>(fresh | second, s.time, s.last_accepted);
+        for (T *last : {&s.last_accepted, &s.last_height}) *last = select<T>(fresh | second, s.time, *last);
         s.settled = all(s.running);
     }
 };

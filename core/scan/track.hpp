@@ -15,6 +15,7 @@ template <class T> struct TrackState {
     std::vector<T> alive, next;  // of each slot: its place in the set of modes after the last scan and in the next one, or -1
     std::vector<T> memory;       // of a detector, as it lays it out
     T time, last_accepted, rejections;
+    T last_height;               // time of the last accepted measurement of the third axis
     T surprise, surprise_dof;            // of the rows accepted last, see surprise.hpp
     T first[3], first_P[6], first_time;  // the first position, while waiting for a second
     Mask<T> started, running;    // has a state; its initialisation is complete
@@ -59,10 +60,10 @@ template <class T> void TrackState<T>::reset(const Composition<T> &c) {
     probability = c.initial_probability;
     carry.assign(c.carry_size, zero);
     for (const auto &m : c.modes)
-        if (m.adapt.needs_residual()) m.adapt.forget(m.shape.axes, m.declared.data(), &carry[m.carry], splat_mask<T>(true));
+        if (m.adapt.remembers()) m.adapt.forget(m.shape.axes, m.declared.data(), &carry[m.carry], splat_mask<T>(true));
     alive = next = Composition<T>::numbers(c.declared.propose.start);
     memory.assign(c.declared.memory_size(), zero);
-    time = last_accepted = rejections = surprise = surprise_dof = first_time = zero;
+    time = last_accepted = last_height = rejections = surprise = surprise_dof = first_time = zero;
     for (auto &value : first) value = zero;
     for (auto &value : first_P) value = zero;
     started = running = splat_mask<T>(false);

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     )
     from .filters.aided import Aided
     from .filters.axis_by_axis import AxisByAxis
-    from .filters.current_statistical import CurrentStatistical, FuzzyLimits
+    from .filters.current_statistical import CurrentStatistical, FuzzyLimits, LimitWidening
     from .filters.fuzzy_imm import FuzzyNoise
     from .filters.imm import IMM
     from .filters.input_estimation import InputEstimation
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .filters.pseudo_bayesian import GPB1, GPB2, StaticMM
     from .filters.variable_dimension import VariableDimension
     from .filters.variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
+    from .models.coasting import Coasting
     from .models.fuzzy import FuzzyRules
     from .models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
     from .models.outliers import Outliers
@@ -52,6 +53,7 @@ __all__ = [
     "AugmentedAcceleration",
     "AxisByAxis",
     "Bearing",
+    "Coasting",
     "ConstantAcceleration",
     "ConstantVelocity",
     "CoordinatedTurn",
@@ -64,6 +66,7 @@ __all__ = [
     "InputEstimation",
     "Kalman",
     "KnownTurn",
+    "LimitWidening",
     "NetworkNoise",
     "NeuralModes",
     "OnePoint",
@@ -115,9 +118,11 @@ _HOME = {
     "KINDS": "catalogue.targets",
     "Kalman": "filters.kalman",
     "KnownTurn": "models.motion",
+    "LimitWidening": "filters.current_statistical",
     "NetworkNoise": "filters.neural_vsmm",
     "NeuralModes": "filters.neural_vsmm",
     "OnePoint": "models.start",
+    "Coasting": "models.coasting",
     "Outliers": "models.outliers",
     "Polar": "models.sensor",
     "Position": "models.sensor",
@@ -140,9 +145,15 @@ _HOME = {
 }
 
 
+# Packages that `import jink` alone makes reachable.
+_ROOMS = ("compare", "fit", "learn", "metrics", "scenarios")
+
+
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         found = importlib.import_module(".models.provenance", __name__).VERSION
+    elif name in _ROOMS:
+        found = importlib.import_module(f".{name}", __name__)
     elif name in _HOME:
         found = getattr(importlib.import_module(f".{_HOME[name]}", __name__), name)
     else:

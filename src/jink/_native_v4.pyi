@@ -40,6 +40,8 @@ class MotionKind(enum.Enum):
 
     two_stage = 7
 
+    statistical_along_track = 8
+
 class NoiseKind(enum.Enum):
     """Process noise: constant over a step (sd), or white (psd)."""
 
@@ -87,6 +89,8 @@ class Adapt(enum.Enum):
 
     network = 4
 
+    straight_limits = 5
+
 class Interaction(enum.Enum):
     """How the modes' past estimates interact."""
 
@@ -119,6 +123,8 @@ class AidInputs(enum.Enum):
     residuals = 1
 
     innovations = 2
+
+    sums = 3
 
 class AidModel(enum.Enum):
     """A network, or the shape of an ANFIS's membership functions."""
@@ -187,6 +193,10 @@ class Mode:
     def around_side(self) -> bool: ...
     @around_side.setter
     def around_side(self, arg: bool, /) -> None: ...
+    @property
+    def in_sd(self) -> bool: ...
+    @in_sd.setter
+    def in_sd(self, arg: bool, /) -> None: ...
 
 class Sensor:
     """A sensor in numbers: variances, or a packed covariance if correlated."""
@@ -254,6 +264,19 @@ class Detection:
     @property
     def window(self) -> int: ...
 
+class Coasting:
+    """
+    What a target does while nothing is measured; after 0: it goes on as it was.
+    """
+
+    def __init__(
+        self, *, after: float = 0.0, manoeuvre: float = 1.0, climb: float = 1.0, reverses: bool = True
+    ) -> None: ...
+    @property
+    def after(self) -> float: ...
+    @property
+    def reverses(self) -> bool: ...
+
 class Aid:
     """A learned correction of what goes out."""
 
@@ -317,6 +340,10 @@ class Declaration:
     def coast(self) -> float: ...
     @coast.setter
     def coast(self, arg: float, /) -> None: ...
+    @property
+    def coasting(self) -> Coasting: ...
+    @coasting.setter
+    def coasting(self, arg: Coasting, /) -> None: ...
     @property
     def start(self) -> Start: ...
     @start.setter
@@ -481,8 +508,9 @@ class Engine:
         until: object | None,
         threads: int,
     ) -> None: ...
-    def one(self, arg: int, /) -> LiveOne: ...
+    def one(self, lag: int, filter: object | None = None) -> LiveOne: ...
     def many(self, arg0: int, arg1: int, /) -> LiveMany: ...
+    def slots(self) -> LiveSlots: ...
     def association(self, rules: ManyRules, sensors: Sequence[SensorView]) -> Many: ...
 
 class Estimate:
@@ -502,6 +530,15 @@ class Estimate:
     def nis_dof(self) -> float: ...
     @property
     def status(self) -> str: ...
+    @property
+    def components(self) -> tuple: ...
+    def __getitem__(self, component: str) -> float:
+        """One component's estimate, by name."""
+
+    def sd(self, component: str) -> float:
+        """One component's standard deviation, by name."""
+
+    def __repr__(self) -> str: ...
 
 class LiveOne:
     def update(
@@ -536,7 +573,7 @@ class LiveOne:
     def restore(self, state: bytes) -> None:
         """Take up a saved state."""
 
-    def __getstate__(self) -> bytes: ...
+    def __reduce__(self) -> tuple: ...
 
 class LiveMany:
     def update(
@@ -561,6 +598,30 @@ class LiveMany:
     def time(self, arg: int, /) -> float: ...
     def save(self) -> bytes: ...
     def restore(self, arg: bytes, /) -> None: ...
+
+class LiveSlots:
+    def begin_all(
+        self,
+        x: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        P: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    ) -> None:
+        """Let new targets start from a given state."""
+
+    def take(self) -> int:
+        """A slot for a new target."""
+
+    def release(self, slot: int) -> None:
+        """The slot's target has gone."""
+
+    @property
+    def in_use(self) -> int: ...
+    def update(
+        self,
+        slots: Annotated[NDArray[numpy.int32], dict(order="C", device="cpu", writable=False)],
+        t: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        results: list,
+    ) -> None: ...
 
 def marginals(
     begin: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],

@@ -1,11 +1,16 @@
 """What a filter returns."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any
+from typing import Any, Literal, Protocol, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from .frame_of import frame_of, html_of
 
 
 class Status(IntEnum):
@@ -22,7 +27,29 @@ class Status(IntEnum):
 STATUS = tuple(Status.__members__)  # the names, in the order of their numbers
 
 
-@dataclass(repr=False)
+class Source(Protocol):
+    """The rows that an estimate was made of, and how it was made."""
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Of each row, s."""
+        ...
+
+    @property
+    def offsets(self) -> NDArray[np.int64]:
+        """Where tracks begin, and the end: (B + 1,)."""
+        ...
+
+    def part(self, first: int, end: int) -> Source:
+        """Some of the tracks."""
+        ...
+
+    def at(self, times: list[NDArray[np.float64]]) -> Estimate:
+        """Estimates of every track at its own times."""
+        ...
+
+
+@dataclass(repr=False, eq=False)
 class Estimate:
     """Estimates row by row, for the outputs that were asked for; the others raise AttributeError when looked at.
 
@@ -32,12 +59,16 @@ class Estimate:
     measured component given those before it, is uniform for a consistent filter); status (N,) of :class:`Status`. NaN
     before a track starts. non_manoeuvring: of each mode whether a target in it does not manoeuvre
     (:mod:`jink.models.non_manoeuvring`).
+
+    ``est["vx"]`` is a component, ``est.sd("vx")`` its standard deviation. ``len(est)`` counts targets, ``est[0]`` is
+    the first one's estimate, ``est[2:5]`` that of three.
     """
 
     components: tuple[str, ...]
     modes: tuple[str, ...]
     results: dict[str, NDArray[Any]]
     non_manoeuvring: tuple[bool, ...] = ()
+    source: Source | None = field(default=None, kw_only=True)
 
     @property
     def manoeuvring(self) -> NDArray[np.float64]:
@@ -56,15 +87,89 @@ class Estimate:
         """
         return np.isin(self.status, (Status.updated, Status.gated))
 
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Of each row (N,), s."""
+        if "time" in self.results:
+            return self.results["time"]
+        return self._rows().time
+
+    @property
+    def offsets(self) -> NDArray[np.int64]:
+        """Where targets begin, and the end: (B + 1,). Live, each target has one row."""
+        if self.source is not None:
+            return self.source.offsets
+        if "time" in self.results and "status" in self.results:
+            return np.arange(len(self.results["status"]) + 1)
+        return self._rows().offsets
+
+    def at(self, times: ArrayLike) -> Estimate:
+        """Every target at other times (s): predicted from what is known there, smoothed where the estimate is smoothed.
+
+        times (T,) for all targets, in any order. At a row's time it is that row's estimate, between two rows the
+        prediction from the one before, and before the first row NaN. A smoothed estimate is smoothed anew with a row
+        without a measurement at each time, so that both sides count. Of the outputs x, P, mode_probability and status
+        come back. Errors: ValueError for an estimate that does not know its rows, or was smoothed with a lag.
+        """
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        if wanted.ndim != 1 or not np.isfinite(wanted).all():
+            raise ValueError("times: expected finite numbers of seconds (T,)")
+        return self._rows().at([wanted] * len(self))
+
+    def resample(self, step: float | str) -> Estimate:
+        """Every target at a fixed step of time, 0.5 or ``"500ms"``, from its first row to its last; see :meth:`at`."""
+        source, every = self._rows(), _step(step)
+        bounds = zip(source.offsets[:-1], source.offsets[1:], strict=True)
+        return source.at([_grid(source.time[first:end], every) for first, end in bounds])
+
+    def to_frame(self, backend: Literal["polars", "pandas", "pyarrow"] = "polars") -> Any:
+        """A DataFrame: target, time, each component and its sd, mode probabilities, manoeuvring, NIS and status.
+
+        Errors: ImportError naming the package that is missing; ValueError for another backend.
+        """
+        return frame_of(self, STATUS, backend)
+
     def __getattr__(self, name: str) -> NDArray[Any]:
         results = self.__dict__.get("results", {})
         if name in results:
             return results[name]
         raise AttributeError(f"{name}: not among the outputs asked for, {', '.join(results)}")
 
-    def __getitem__(self, component: str) -> NDArray[np.float64]:
-        """One component's estimate, by name."""
-        return self.x[..., self._index(component)]
+    @overload
+    def __getitem__(self, which: str) -> NDArray[np.float64]: ...
+    @overload
+    def __getitem__(self, which: int | slice) -> Estimate: ...
+    def __getitem__(self, which: str | int | slice) -> Any:
+        """A component's estimates by name, or the estimate of one target, or of several that follow each other."""
+        if isinstance(which, str):
+            return self.x[..., self._index(which)]
+        count = len(self)
+        if isinstance(which, slice):
+            first, end, step = which.indices(count)
+            if step != 1:
+                raise ValueError(f"targets: expected a step of 1, got {step}")
+            return self._part(first, max(first, end))
+        if not -count <= which < count:
+            raise IndexError(f"target {which}: there are {count}")
+        return self._part(which % count, which % count + 1)
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+    def __iter__(self) -> Iterator[Estimate]:
+        return (self[k] for k in range(len(self)))
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other) or not isinstance(other, Estimate):
+            return NotImplemented
+        named = (self.components, self.modes, self.non_manoeuvring, self.results.keys())
+        same = named == (other.components, other.modes, other.non_manoeuvring, other.results.keys())
+        return same and all(
+            np.array_equal(value, other.results[name], equal_nan=value.dtype.kind == "f")
+            for name, value in self.results.items()
+        )
+
+    __hash__ = None  # type: ignore[assignment] # its arrays can change
 
     def sd(self, component: str) -> NDArray[np.float64]:
         """One component's standard deviation, by name."""
@@ -76,6 +181,52 @@ class Estimate:
             raise KeyError(f"{component!r}: expected one of {', '.join(self.components)}")
         return self.components.index(component)
 
+    def _rows(self) -> Source:
+        if self.source is None:
+            raise ValueError(
+                "this estimate does not know the rows it was made of; expected one of filter() or smooth()"
+            )
+        return self.source
+
+    def _part(self, first: int, end: int) -> Estimate:
+        rows = slice(int(self.offsets[first]), int(self.offsets[end]))
+        cut = {
+            name: value[first:end] if name == "log_likelihood" and self.source is not None else value[rows]
+            for name, value in self.results.items()
+        }
+        return replace(self, results=cut, source=None if self.source is None else self.source.part(first, end))
+
     def __repr__(self) -> str:
-        shapes = ", ".join(f"{name} {value.shape}" for name, value in self.results.items())
-        return f"Estimate({shapes}; components {' '.join(self.components)}; modes {' '.join(self.modes)})"
+        rows = len(next(iter(self.results.values()), ()))
+        said = [f"components {' '.join(self.components)}", f"modes {' '.join(self.modes)}"]
+        head = f"{rows:,} rows"
+        if self.source is not None and rows and "x" in self.results:
+            t = self.source.time
+            head = f"{len(self):,} target{'' if len(self) == 1 else 's'}, {rows:,} rows, {t.min():g} to {t.max():g} s"
+        return f"Estimate({head}; {'; '.join(said)}; {', '.join(self.results)})"
+
+    def _repr_html_(self) -> str:
+        """A small table, and a picture of the plane, for notebooks."""
+        return html_of(self, STATUS)
+
+
+UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0, "m": 60.0, "h": 3600.0}
+
+
+def _step(step: float | str) -> float:
+    """Seconds of 0.5, "500ms", "1s", "5m" or "1h"."""
+    try:
+        digits = str(step).rstrip("abcdefghijklmnopqrstuvwxyz")
+        value = float(digits) * UNITS[str(step)[len(digits) :] or "s"]
+    except (ValueError, KeyError):
+        value = np.nan
+    if not (np.isfinite(value) and value > 0.0):
+        raise ValueError(f"step: expected seconds above 0, or text such as '500ms', '1s' or '5m', got {step!r}")
+    return value
+
+
+def _grid(time: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    if not len(time):
+        return np.empty(0)
+    count = int(np.floor((time[-1] - time[0]) / step * (1 + 1e-12))) + 1
+    return time[0] + step * np.arange(count)

@@ -99,6 +99,22 @@ def test_quiet_is_silent_and_json_is_for_machines(flight, tmp_path):
     assert summary["noise"][0]["position_sd_from"] == "estimated" and summary["written"] == []
 
 
+def test_timings_of_every_stage_are_said(flight, tmp_path):
+    """As a table on standard error, or as a part of the summary in JSON."""
+    output = tmp_path / "tracks.parquet"
+    status, said, errors = run(flight, "-o", output, "--quiet", "--timings")
+    assert status == 0 and said == ""
+    lines = {line.split()[0]: line.split()[1:] for line in errors.splitlines()}
+    stages = ("read", "recognise", "clean", "place", "noise", "filter", "table", "write", "rest")
+    assert list(lines) == ["stage", *stages, "together"]
+    assert sum(float(lines[name][1]) for name in stages) == pytest.approx(float(lines["together"][1]), abs=0.05)
+    status, said, errors = run(flight, "-o", output, "--json", "--timings")
+    figures = json.loads(said)["timings"]
+    assert status == 0 and errors == "" and tuple(figures) == stages
+    assert all(figures[name]["wall"] > 0 for name in stages)
+    assert "timings" not in json.loads(run(flight, "-o", output, "--json")[1])
+
+
 def test_a_report_is_written_beside_the_tracks(flight, tmp_path):
     page = tmp_path / "page.html"
     assert run(flight, "--report", page, "-q")[0] == 0

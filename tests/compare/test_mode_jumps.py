@@ -7,7 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from jink.compare import simulated
 from jink.compare.mode_jumps import count, mode_jump_delay, phases
+from jink.compare.race import compare
 from jink.compare.scores import JACKKNIFE, Tally
 from jink.scenarios import SCENARIOS
 
@@ -43,6 +45,32 @@ def test_phases_are_those_of_the_scenario():
     assert found == [(2, 4), (4, 7), (7, 11), (11, 14), (14, 17), (17, 19)]
     assert phases(SCENARIOS["random-turns"].simulate(3), 2) == []
     assert phases(SCENARIOS["choi-2001-1"].simulate(3), 2) == [(2, 20)]
+
+
+def test_the_race_has_it_of_every_filter_with_modes():
+    """By hand from the engine's probabilities: choi-2001-3 changes once, from a circle to a line."""
+    race = compare("choi-2001-3", ["singer", "imm"], runs=20, seed=1)
+    s = SCENARIOS["choi-2001-3"].simulate(20, 1)
+    estimate = race.entrants["imm"].filter.filter(**s.batch())
+    leads = estimate.mode_probability.reshape(20, 20, -1).mean(axis=0)
+    (begin, middle), (_, end) = phases(s, 2)
+    first = leads[middle - (middle - begin) // 3 : middle].sum(axis=0).argmax()
+    last = leads[end - (end - middle) // 3 : end].sum(axis=0).argmax()
+    assert first != last
+    before = (leads[begin:middle].argmax(axis=1) == first).argmax()
+    after = (leads[middle:end].argmax(axis=1) == last).argmax()
+    # the first phase is a jump where the track starts on another mode
+    jumps = [after] if leads[begin].argmax() == first else [before, after]
+    body = race.as_dict()["filters"]
+    assert body["imm"]["mode_jump_delay"]["value"] == pytest.approx(np.mean(jumps)) and after > 0
+    assert "mode_jump_delay" not in body["singer"] and "mode_jump_delay" not in body["raw"]
+
+
+def test_no_delay_where_runs_change_at_scans_of_their_own(monkeypatch):
+    """A chunk of one run has changes that it shares with itself alone."""
+    monkeypatch.setattr(simulated, "CHUNK_ROWS", 180)
+    race = compare("random-turns", ["gpb2"], runs=2, seed=1)
+    assert "mode_jump_delay" not in race.figures("gpb2") and "modes" not in race.tallies["gpb2"].responses
 
 
 def test_runs_add_up_in_whatever_chunks():

@@ -42,6 +42,45 @@ REFUSED = {  # a call, and what its message must say
         lambda: jink.CurrentStatistical(acceleration_max=30.0, limits=jink.FuzzyLimits()),
         "exactly one of acceleration_max and limits",
     ),
+    "operating downwards at the threshold": (
+        lambda: jink.FuzzyLimits(threshold=100.0, operating=90.0, threshold_down=80.0),
+        "FuzzyLimits.operating_down: expected a value below the threshold 80 m/s², the largest that a_max reaches, "
+        "got 90",
+    ),
+    "exponent beyond its own side's bound": (
+        lambda: jink.FuzzyLimits(down=1.06, threshold_down=100.0, operating_down=95.0),
+        "FuzzyLimits.down: expected at most 1.0259, got 1.06; beyond it a_max(a) < |a| somewhere below operating_down "
+        "95 m/s²",
+    ),
+    "a threshold downwards below zero": (
+        lambda: jink.FuzzyLimits(threshold_down=-100.0),
+        "FuzzyLimits.threshold_down: expected",
+    ),
+    "a membership that is not known": (
+        lambda: jink.FuzzyLimits(membership="gaussian"),
+        "FuzzyLimits.membership: expected one of exponential, triangular, got 'gaussian'",
+    ),
+    "limits across without limits along": (
+        lambda: jink.CurrentStatistical(acceleration_max=30.0, across=jink.FuzzyLimits()),
+        "CurrentStatistical.across: expected limits too, which hold along the velocity, got none",
+    ),
+    "limits of two memberships": (
+        lambda: jink.CurrentStatistical(limits=jink.FuzzyLimits(), across=jink.FuzzyLimits(membership="triangular")),
+        "CurrentStatistical.across: expected the membership of limits, exponential, got triangular",
+    ),
+    "widening of a number": (
+        lambda: jink.CurrentStatistical(limits=jink.FuzzyLimits(), widening=9.0),  # pyright: ignore[reportArgumentType]
+        "CurrentStatistical.widening: expected LimitWidening, got float",
+    ),
+    "limits that widen at once": (
+        lambda: jink.LimitWidening(nis=1.0),
+        "LimitWidening.nis: expected more than 1, the mean of the NIS, got 1",
+    ),
+    "limits that widen by nothing": (lambda: jink.LimitWidening(times=0.0), "LimitWidening.times: expected"),
+    "a level in deviations of no estimate": (
+        lambda: jink.AccelerationLevel(CV, 2.0, in_sd=True),
+        "AccelerationLevel.in_sd: expected estimated=True too, whose standard deviation is the unit, got False",
+    ),
     "an island in the transition": (
         lambda: jink.DigraphSwitching(LEVELS, PLANE, ISLAND),
         "graph: mode 2 cannot be reached from mode 0, nor can 1 others",

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from oracle import many
 from oracle import motion as om
+from oracle.acceleration_limits import SurprisedStatistical
 from oracle.adaptive_imm import adaptive_imm, levels
 from oracle.chain import Sojourn
 from oracle.current_statistical import CurrentStatistical, FuzzyCurrentStatistical
@@ -88,6 +89,24 @@ def stay(p, M):
 
 
 LIMITS = jink.FuzzyLimits(threshold=40.0, up=0.9, down=1.02, operating=36.0)
+TWO_SIDED = jink.FuzzyLimits(threshold=40.0, up=0.9, down=1.1, operating=36.0, threshold_down=25.0, operating_down=20.0)
+TRIANGULAR = jink.FuzzyLimits(threshold=40.0, up=0.9, down=1.3, operating=36.0, membership="triangular")
+ACROSS = jink.FuzzyLimits(threshold=20.0, up=0.8, down=0.8, operating=18.0)
+SIDES = {"threshold": 40.0, "threshold_min": -25.0, "k1": 0.9, "k2": 1.1}
+
+
+def statistical(**more):
+    return jink.CurrentStatistical(**more, time_constant=12.0, acceleration_prior_sd=8.0)
+
+
+def surprised(axes, **more):
+    return SurprisedStatistical(axes, 12.0, acceleration_prior_sd=8.0, **more)
+
+
+def across(axes):
+    return FuzzyCurrentStatistical(axes, 12.0, threshold=20.0, k1=0.8, k2=0.8)
+
+
 MOTIONS = {  # the same model twice: jink's, and the oracle's of so many axes
     "cv": (jink.ConstantVelocity(acceleration_sd=0.7), partial(om.ConstantVelocity, acceleration_sd=0.7)),
     "brisk": (
@@ -133,7 +152,29 @@ MOTIONS = {  # the same model twice: jink's, and the oracle's of so many axes
             acceleration_prior_sd=8.0,
         ),
     ),
+    "facs-sides": (statistical(limits=TWO_SIDED), partial(surprised, **SIDES)),
+    "facs-triangular": (
+        statistical(limits=TRIANGULAR),
+        partial(surprised, threshold=40.0, k1=0.9, k2=1.3, straight=True),
+    ),
+    "facs-wide": (
+        statistical(limits=TWO_SIDED, widening=jink.LimitWidening(nis=6.0, times=1.5)),
+        partial(surprised, **SIDES, nis=6.0, times=1.5),
+    ),
+    "facs-along": (
+        statistical(limits=TWO_SIDED, across=ACROSS),
+        lambda axes: surprised(axes, **SIDES, across=across(axes)),
+    ),
+    "facs-along-wide": (
+        statistical(limits=TWO_SIDED, across=ACROSS, widening=jink.LimitWidening(nis=6.0, times=1.5)),
+        lambda axes: surprised(axes, **SIDES, across=across(axes), nis=6.0, times=1.5),
+    ),
+    "csaf-wide": (
+        statistical(acceleration_max=9.0, widening=jink.LimitWidening(nis=8.0, times=3.0)),
+        partial(surprised, threshold=9.0, k1=0.0, k2=0.0, nis=8.0, times=3.0),
+    ),
 }
+LIMITED = ["facs-sides", "facs-triangular", "facs-wide", "facs-along", "facs-along-wide", "csaf-wide"]
 
 
 def bank(names, axes):
@@ -142,7 +183,7 @@ def bank(names, axes):
 
 
 @pytest.mark.parametrize("axes", [1, 2, 3])
-@pytest.mark.parametrize("name", ["csaf", "csaf-low", "facs"])
+@pytest.mark.parametrize("name", ["csaf", "csaf-low", "facs", *LIMITED])
 def test_current_statistical(name, axes):
     time, z = reports(axes)
     native, oracle = bank([name], axes)
@@ -153,7 +194,25 @@ def test_current_statistical(name, axes):
         assert (a > 6.0).any() and (a < -3.0).any()
 
 
+@pytest.mark.parametrize("angle", [0.4, 2.0])
+def test_limits_along_the_track_turn_with_the_plane(angle):
+    """And limits of each axis do not, so that the test can fail."""
+    time, z = reports(2, misses=False)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    whole = np.kron(turn, np.eye(3))
+    far = {}
+    for name in ("facs-wide", "facs-along-wide"):
+        f = jink.Kalman(MOTIONS[name][0], position(2))
+        x, P, _ = run(f, time, z)
+        turned_x, turned_P, _ = run(f, time, z @ turn.T)
+        sd = np.sqrt(np.einsum("...ii->...i", turned_P[:, 1:]))
+        far[name] = np.max(np.abs(turned_x - x @ whole.T)[:, 1:] / (np.abs(turned_x[:, 1:]) + sd))
+        far[name] = max(far[name], np.max(np.abs(turned_P - whole @ P @ whole.T)[:, 1:] / (sd[..., None] ** 2).max()))
+    assert far["facs-along-wide"] < 1e-9 < 1e-3 < far["facs-wide"]
+
+
 BANKS = [["cv", "facs"], ["brisk", "csaf"], ["csaf", "facs"], ["cv", "ca", "facs"]]
+BANKS += [["cv", name] for name in LIMITED]
 
 
 @pytest.mark.parametrize("axes", [1, 2, 3])
@@ -221,6 +280,20 @@ def test_adaptive_imm_along_one_axis(intervals, side):
     f = aimm(rising, position(1), 0.97, acceleration_sd=0.7, estimator=ESTIMATORS[side])
     want.mu = want.mu[..., [list(levels(intervals)).index(v) for v in rising]]
     assert_same(f, want, time, z)
+
+
+@pytest.mark.parametrize("side", ESTIMATORS)
+def test_adaptive_imm_with_levels_in_standard_deviations(side):
+    time, z = reports(1)
+    M, counts = 5, [1.0, 2.5]
+    mu = np.array([0.6, *[0.4 / (M - 1)] * (M - 1)])
+    want = adaptive_imm(time, z, R(1), counts, 0.7, 3.0, 64.0, stay(0.97, M), mu, side, in_sd=True)
+    rising = sorted(levels(counts))
+    f = aimm(rising, position(1), 0.97, acceleration_sd=0.7, estimator=ESTIMATORS[side], in_sd=True)
+    want.mu = want.mu[..., [list(levels(counts)).index(v) for v in rising]]
+    assert_same(f, want, time, z)
+    fixed = aimm(rising, position(1), 0.97, acceleration_sd=0.7, estimator=ESTIMATORS[side])
+    assert np.nanmax(np.abs(run(f, time, z)[0] - run(fixed, time, z)[0])) > 1.0
 
 
 @pytest.mark.parametrize("side", ESTIMATORS)

@@ -16,7 +16,7 @@ from oracle.many import Estimates
 from oracle.neural_vsmm import by_parameter, log_inputs
 from oracle.pseudo_bayesian import gpb1, gpb2, static
 from oracle.recorded import smoothed
-from test_native_adaptive import ESTIMATORS, R, assert_close, bank, position, reports, stay
+from test_native_adaptive import ESTIMATORS, LIMITED, R, assert_close, bank, position, reports, stay
 from test_native_learned import fuzzy_modes, rules
 
 import jink
@@ -45,7 +45,7 @@ def assert_smoothed(f, motions, time, z, Pi, filtered: Estimates):
 
 
 @pytest.mark.parametrize("axes", [1, 2, 3])
-@pytest.mark.parametrize("name", ["csaf", "csaf-low", "facs"])
+@pytest.mark.parametrize("name", ["csaf", "csaf-low", "facs", *LIMITED])
 def test_current_statistical(name, axes):
     """The mean acceleration is a known input: Singer's transition carries the gain."""
     time, z = flights(axes)

@@ -19,6 +19,17 @@ from jink.models.tracks import Tracks
 
 CV = jink.ConstantVelocity(acceleration_sd=2.0)
 LIMITS = jink.CurrentStatistical(limits=jink.FuzzyLimits(threshold=60.0, operating=50.0), time_constant=9.0)
+WIDE = jink.CurrentStatistical(
+    limits=jink.FuzzyLimits(threshold=60.0, operating=50.0, threshold_down=40.0, operating_down=30.0),
+    widening=jink.LimitWidening(nis=8.0, times=1.5),
+    time_constant=9.0,
+)
+ALONG = jink.CurrentStatistical(
+    limits=jink.FuzzyLimits(threshold=60.0, operating=50.0, membership="triangular"),
+    across=jink.FuzzyLimits(threshold=30.0, operating=25.0, membership="triangular"),
+    widening=jink.LimitWidening(nis=8.0, times=1.5),
+    time_constant=9.0,
+)
 STATISTICAL = jink.CurrentStatistical(acceleration_max=40.0, acceleration_min=30.0, time_constant=9.0)
 RULES = jink.FuzzyRules.of([[0, 20, 0, 30, 1], [40, 30, 10, 25, 30], [-50, 20, -10, 25, 60]])
 CHOOSING = jink.NetworkNoise(
@@ -40,6 +51,8 @@ P1, PLANE = jink.Position(sd=25.0, axes=1), jink.Position(sd=25.0)
 ADAPTIVE = {
     "csaf": jink.Kalman(STATISTICAL, PLANE),
     "facs": jink.Kalman(LIMITS, PLANE),
+    "facs-wide": jink.Kalman(WIDE, PLANE),
+    "facs-along": jink.Kalman(ALONG, PLANE),
     "imm-csaf": jink.IMM([CV, STATISTICAL], PLANE, 0.9),
     "imm-facs": jink.IMM([CV, LIMITS], PLANE, jink.Sojourn([40.0, 9.0]), outliers=jink.Outliers()),
     "fuzzy": jink.Kalman(jink.FuzzyNoise(CV, RULES), PLANE),
@@ -50,6 +63,7 @@ ADAPTIVE = {
     "augmented": jink.Kalman(BIAS, PLANE),
     "two-stage": jink.Kalman(TWO_STAGE, PLANE),
     "aimm": aimm([-8.0, 0.0, 8.0], P1, acceleration_sd=1.0, estimator=TWO_STAGE),
+    "aimm-in-sd": aimm([-2.0, 0.0, 2.0], P1, acceleration_sd=1.0, estimator=TWO_STAGE, in_sd=True),
     "aimm-augmented": aimm([-8.0, 0.0, 8.0], PLANE, acceleration_sd=1.0, estimator=BIAS),
     "gpb1": jink.GPB1([CV, STATISTICAL], PLANE, 0.9),
     "gpb2": jink.GPB2([CV, jink.Singer(acceleration_sd=5.0, time_constant=9.0)], PLANE, 0.9),
@@ -84,6 +98,10 @@ def test_every_kind_of_number_is_found():
         "current_statistical.acceleration_max",
         "current_statistical.time_constant",
         "current_statistical.limits.up",
+        "current_statistical.limits.threshold_down",
+        "current_statistical.across.threshold",
+        "current_statistical.widening.nis",
+        "current_statistical.widening.times",
         "fuzzy_constant_velocity.rule_2.centre.change",
         "fuzzy_constant_velocity.rule_3.variance",
         "outliers.share",

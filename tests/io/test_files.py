@@ -174,8 +174,13 @@ def test_patterns_and_paths_become_files_each_once(tmp_path):
         (tmp_path / name).write_text("t\n1\n")
     found = expand([tmp_path / "c.txt", str(tmp_path / "*.csv"), tmp_path / "a.csv"])
     assert [path.name for path in found] == ["c.txt", "a.csv", "b.csv"]
+    # a folder stands for its files, hidden ones and jink's own apart
+    (tmp_path / "tracks.rejected.parquet").write_bytes(b"")
+    (tmp_path / ".hidden").write_text("")
+    (tmp_path / "empty").mkdir()
+    assert [path.name for path in expand([tmp_path])] == ["a.csv", "b.csv", "c.txt"]
     for given, message in (
-        (tmp_path, "is a directory"),
+        (tmp_path / "empty", "is a directory without files"),
         (tmp_path / "no.csv", "no such file"),
         (tmp_path / "*.nc", "no file matches"),
     ):

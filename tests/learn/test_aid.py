@@ -80,7 +80,11 @@ def test_what_the_filter_saw():
 @pytest.mark.parametrize("filter", [SLUGGISH, IMM], ids=["kalman", "imm"])
 @pytest.mark.parametrize(
     ("inputs", "count", "corrects"),
-    [("titi-guney", 2, ("position",)), ("innovations", 4, ("position", "velocity"))],
+    [
+        ("titi-guney", 2, ("position",)),
+        ("innovations", 4, ("position", "velocity")),
+        ("sums", 3, ("position", "velocity")),
+    ],
 )
 @pytest.mark.parametrize("model", ["anfis", "network"])
 def test_the_native_aid_adds_what_numpy_says(filter, inputs, count, corrects, model):
@@ -104,6 +108,73 @@ def test_the_native_aid_adds_what_numpy_says(filter, inputs, count, corrects, mo
     for name, values in added.items():
         column = alone.components.index(f"{name[0]}x")
         assert_allclose(aided.x[:, column], alone.x[:, column] + values.ravel(), rtol=1e-8, atol=1e-6)
+
+
+def test_sums_are_of_the_newest_one_two_and_four():
+    seen = watch(SLUGGISH, aircraft(2, 1, misses=True))
+    last, sums = inputs_of("innovations", 4, seen), inputs_of("sums", 3, seen)
+    for k in range(3):
+        assert_allclose(sums[..., k], last[..., : 2**k].sum(axis=-1) / np.sqrt(2**k), atol=1e-12)
+
+
+@pytest.mark.parametrize("filter", [SLUGGISH, IMM], ids=["kalman", "imm"])
+def test_p_goes_out_with_the_factors_of_the_corrector(filter):
+    """W P W with W = 1 + f (factor − 1), f the share; the filter's own P where nothing is corrected. Live as well."""
+    found = fit_corrector(filter, aircraft(3, 1), aircraft(2, 2), model="linear")
+    corrector = replace(found, sd_factors=(1.5, 2.0, 0.5))
+    runs = aircraft(3, 7, misses=True)
+    runs.z[1, 100] += 500.0  # outside the training range
+    alone, aided = (f.filter(**runs.batch()) for f in (filter, Aided(filter, corrector)))
+    seen = watch(filter, runs)
+    share = corrector.share(inputs_of("titi-guney", 2, seen).reshape(-1, 2))
+    share = np.where(seen.updated.ravel(), share, 0.0)
+    assert (share == 1).any() and ((share > 0) & (share < 1)).any() and (share == 0).any()
+    W = 1 + share[:, None] * (np.array([1.5, 2.0, 0.5]) - 1)
+    assert_allclose(aided.P, alone.P * W[:, :, None] * W[:, None, :], rtol=1e-9)
+    assert_array_equal(aided.nis, alone.nis)
+    live, batch = Aided(filter, corrector).start(), runs.take([1]).batch()
+    places = slice(runs.z.shape[1], 2 * runs.z.shape[1])
+    got = [live.update(t, z).P for t, z in zip(batch["time"], batch["z"], strict=True)]
+    assert_allclose(np.stack(got), aided.P[places], rtol=1e-9)
+    many = Aided(filter, corrector).start(3)
+    got = [many.update(t, z).P for t, z in zip(runs.time[0], np.moveaxis(runs.z, 0, 1), strict=True)]
+    assert_allclose(np.stack(got, axis=1).reshape(aided.P.shape), aided.P, rtol=1e-9)
+
+
+@pytest.mark.parametrize("model", ["anfis", "linear"])
+def test_what_an_aid_learns_about_p_keeps_its_nees_honest(model):
+    """The mean NEES of position and velocity on unseen runs: far above 1 without, 1 with it."""
+    settings = {"epochs": 5} if model == "anfis" else {}
+    corrector = fit_corrector(SLUGGISH, aircraft(20, 1), aircraft(20, 2), model=model, **settings)
+    test = aircraft(40, 9)
+    truth = np.concatenate([test.position, test.velocity], axis=2).reshape(-1, 2)
+
+    def nees(corrector):
+        found = Aided(SLUGGISH, corrector).filter(**test.batch())
+        e = (found.x[:, :2] - truth).reshape(40, -1, 2)[:, 2:].reshape(-1, 2)
+        P = found.P[:, :2, :2].reshape(40, -1, 2, 2)[:, 2:].reshape(-1, 2, 2)
+        return float(np.einsum("ni,nij,nj->n", e, np.linalg.inv(P), e).mean() / 2)
+
+    assert nees(replace(corrector, sd_factors=())) > 100
+    # twenty runs to learn from and forty to judge by leave some per cent of chance
+    assert nees(corrector) == pytest.approx(1.0, abs=0.15)
+
+
+def test_factors_of_p_by_hand():
+    """One axis, position and velocity: wᵀ A w of the reciprocals is the number of components."""
+    from jink.learn.aid import correction as added
+    from jink.learn.aid import sd_factors
+
+    corrector = fit_corrector(SLUGGISH, aircraft(3, 1), aircraft(2, 2), model="linear")
+    runs = aircraft(4, 5)
+    seen = watch(SLUGGISH, runs)
+    factors = np.array(sd_factors(SLUGGISH, runs, corrector))
+    good = seen.updated[..., 0]
+    e = np.stack([(seen.estimate[n] - getattr(runs, n))[good][:, 0] for n in ("position", "velocity")], axis=1)
+    e[:, 0] += added(corrector, seen)["position"][good][:, 0]
+    scaled = e / factors[:2]
+    P = seen.P[:, :, 0][good][:, :2, :2]
+    assert_allclose(np.einsum("ni,nij,nj->n", scaled, np.linalg.inv(P), scaled).mean(), 2.0, rtol=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["triangular", "gaussian", "bell"])
@@ -176,6 +247,8 @@ def test_an_aid_in_wrong_units_is_refused():
         ({"low": (1.0,)}, "low: expected 2 finite numbers"),
         ({"scale": (0.0, 1.0)}, "scale: expected positive"),
         ({"corrects": ("velocity",)}, "corrects: expected the first 1 of position"),
+        ({"sd_factors": (1.0, -2.0)}, "sd_factors: expected at most 3 numbers above 0"),
+        ({"sd_factors": (1.0,) * 4}, "sd_factors: expected at most 3 numbers above 0"),
         ({"low": (5.0, 0.0), "high": (4.0, 1.0)}, "low: expected to lie below high"),
     ],
 )
@@ -199,6 +272,10 @@ def test_what_cannot_be_corrected_is_said():
     corrects = ("position", "velocity", "acceleration")
     with pytest.raises(ValueError, match="it does not estimate acceleration"):
         fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), corrects=corrects)
+    with pytest.raises(ValueError, match="inputs: expected one of titi-guney, innovations, sums"):
+        fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), inputs="averages")
+    with pytest.raises(ValueError, match="count: expected 1 to 7 sums, got 8"):
+        fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), inputs="sums", count=8)
     with pytest.raises(ValueError, match="model: expected anfis, network or linear"):
         fit_corrector(constant, aircraft(3, 1), aircraft(2, 2), model="forest")
 

@@ -151,6 +151,18 @@ def test_an_anfis_is_trained_as_published_from_the_command_line(tmp_path):
     assert "against unaided: position better" in " ".join(done.output.split())
 
 
+def test_an_anfis_on_sums_of_innovations_from_the_command_line(tmp_path):
+    out = tmp_path / "aid.json"
+    asked = ["--inputs", "sums", "--functions", 2, "--epochs", 2, "--runs", 8, "--check-runs", 10]
+    done = command("anfis-kf", "benchmark-1", *asked, "-o", out)
+    assert done.exit_code == 0, done.output
+    corrector = jink.load(out).corrector
+    assert corrector.inputs == "sums" and [len(m) for m in corrector.model.memberships] == [2] * 4
+    assert "sums of the last 1, 2, 4 and 8 innovations" in corrector.trained.method
+    # of position and velocity: acceleration is not part of the truth that is learned on
+    assert len(corrector.sd_factors) == 2
+
+
 def test_a_base_of_one_axis_is_aided_on_data_of_two(recorded):
     motion = jink.ConstantAcceleration(jerk_psd=1e-3, acceleration_prior_sd=10.0)
     alone = jink.Kalman(motion, jink.Position(sd=50.0, axes=1))
@@ -273,6 +285,11 @@ BAD = {
     "inputs of a network": (["nn-kf", "lee-2003", "--own-inputs"], "--own-inputs"),
     "inputs of all modes": (["fuzzy-imm", "lee-2003", "--own-inputs", "--optimizer", "together"], "--own-inputs"),
     "no such inputs": (["anfis-kf", "lee-2003", "--inputs", "1,10"], "titi-guney, innovations"),
+    "sums of too many functions": (
+        ["anfis-kf", "lee-2003", "--inputs", "sums", "--functions", "5"],
+        "at most 256 rules",
+    ),
+    "sums of a filter of rules": (["fuzzy-imm", "lee-2003", "--inputs", "sums"], "--inputs"),
     "no such form": (["anfis-kf", "lee-2003", "--membership", "square"], "triangular, gaussian, bell"),
     "no such method": (["anfis-kf", "lee-2003", "--method", "annealing"], "hybrid, backpropagation"),
     "too many rules": (["anfis-kf", "lee-2003", "--functions", "4"], "at most 256 rules"),

@@ -88,11 +88,17 @@ class FuzzyCurrentStatistical(CurrentStatistical):
         k2=0.97,
         floor=0.01,
         acceleration_prior_sd=None,
+        straight=False,
     ):
         super().__init__(axes, threshold, time_constant, threshold_min, floor, acceleration_prior_sd)
-        self.k1, self.k2 = k1, k2
+        self.k1, self.k2, self.straight = k1, k2, straight
 
     def limits(self, a):
+        if self.straight:
+            return tuple(
+                end * np.minimum(1.0, np.exp(-k) + (1 - np.exp(-k)) * np.abs(a / end))
+                for end, k in ((self.upper, self.k1), (self.lower, self.k2))
+            )
         up = np.minimum(1.0, np.exp(-self.k1 * (1 - np.abs(a) / self.upper)))
         down = np.minimum(1.0, np.exp(-self.k2 * (1 - np.abs(a) / -self.lower)))
         return self.upper * up, self.lower * down

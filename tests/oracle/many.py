@@ -156,11 +156,16 @@ def scanned(
     dt: float,
     inputs: list[Array] | None = None,
 ) -> tuple[list[Mode], Array]:
-    """Each mode predicted from its start and updated, and the probabilities that come of the prior ones."""
-    now = [
-        update(motion, predict(motion, start, dt, None if inputs is None else inputs[j]), z, R)
-        for j, (motion, start) in enumerate(zip(motions, starts, strict=True))
-    ]
+    """Each mode predicted from its start and updated, and the probabilities that come of the prior ones.
+
+    A motion model whose noise depends on the position about to be used has `seen_noise`.
+    """
+    now = []
+    for j, (motion, start) in enumerate(zip(motions, starts, strict=True)):
+        u, noise = None if inputs is None else inputs[j], None
+        if hasattr(motion, "seen_noise"):
+            noise = motion.seen_noise(predict(motion, start, dt, u, np.zeros((motion.n, motion.n))), z, R, dt)
+        now.append(update(motion, predict(motion, start, dt, u, noise), z, R))
     return [each.mode for each in now], bayes(prior, np.stack([e.log_likelihood for e in now], axis=-1))
 
 

@@ -52,6 +52,19 @@ def current(d, unit, fuzzy):
     return jink.CurrentStatistical(**limits, time_constant=15.0, acceleration_prior_sd=d.ratios[2] * unit)
 
 
+def surprised(d, unit, along):
+    """Fuzzy limits that widen, of both signs apart, along each axis or along and across the track."""
+    limit = 3.0 * d.ratios[-1] * unit
+    sides = {"threshold_down": 0.7 * limit, "operating_down": 0.6 * limit} if along else {}
+    return jink.CurrentStatistical(
+        limits=jink.FuzzyLimits(threshold=limit, operating=0.9 * limit, **sides),
+        across=jink.FuzzyLimits(threshold=0.5 * limit, operating=0.4 * limit) if along else None,
+        widening=jink.LimitWidening(nis=6.0, times=1.5),
+        time_constant=15.0,
+        acceleration_prior_sd=d.ratios[2] * unit,
+    )
+
+
 def biased(d, unit):
     return {
         "acceleration_sd": d.ratios[0] * unit,
@@ -178,6 +191,8 @@ def aided(inputs):
 FAMILIES = {
     "csaf": alone(lambda d, unit: current(d, unit, False)),
     "facs": alone(lambda d, unit: current(d, unit, True)),
+    "facs-wide": alone(lambda d, unit: surprised(d, unit, False)),
+    "facs-along": alone(lambda d, unit: surprised(d, unit, True)),
     "imm-facs": several(jink.IMM, True),
     "two-stage": alone(lambda d, unit: jink.TwoStageAcceleration(**biased(d, unit))),
     "augmented": alone(lambda d, unit: jink.AugmentedAcceleration(**biased(d, unit))),

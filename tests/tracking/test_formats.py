@@ -334,15 +334,39 @@ def test_lines_that_end_as_on_old_computers(tmp_path):
     CAR.agrees(jink.track(Path(tmp_path / "x.csv"), kind="vehicle", details=True)[0])
 
 
-def test_an_archive_of_one_file_is_read_and_one_of_several_is_refused(tmp_path):
+def test_all_files_of_an_archive_are_read(tmp_path):
     for name, content in (("doc.kml", kml_track()), ("x.csv", "\n".join(["time,latitude,longitude", *TABLE]))):
         with zipfile.ZipFile(tmp_path / "given.zip", "w") as archive:
             archive.writestr(name, content)
         CAR.agrees(jink.track(tmp_path / "given.zip", kind="vehicle", details=True)[0])
     with zipfile.ZipFile(tmp_path / "given.zip", "a") as archive:
-        archive.writestr("y.csv", "time,latitude,longitude")
-    with pytest.raises(InputError, match="ZIP archive"):
+        archive.writestr("y.csv", "\n".join(["time,latitude,longitude", *TABLE]))
+    tracks = jink.track(tmp_path / "given.zip", kind="vehicle", details=True)[0]
+    assert tracks["target"].unique().sort().to_list() == ["x", "y"]
+    for _, rows in tracks.group_by("target"):
+        CAR.agrees(rows)
+    with zipfile.ZipFile(tmp_path / "given.zip", "a") as archive:
+        archive.writestr("z.csv", "time,latitude,longitude")
+    with pytest.raises(InputError, match=r"given.zip/z.csv has columns but no rows"):
         jink.track(tmp_path / "given.zip")
+    (tmp_path / "sheet.xlsx").write_bytes(b"PK\x03\x04 and no more")
+    with pytest.raises(InputError, match="Excel sheet"):
+        jink.track(tmp_path / "sheet.xlsx")
+
+
+def test_a_folder_stands_for_the_files_in_it(tmp_path):
+    lines = "\n".join(["time,latitude,longitude", *TABLE])
+    (tmp_path / "day 1").mkdir()
+    (tmp_path / "day 1" / "a.csv").write_text(lines)
+    (tmp_path / "b.csv").write_text(lines)
+    (tmp_path / "map.png").write_bytes(b"\x89PNG")
+    tracks, _, summary = jink.track(tmp_path, kind="vehicle", details=True)
+    assert tracks["target"].unique().sort().to_list() == ["a", "b"]
+    assert any("map.png is an image" in note for note in summary["notes"])
+    (tmp_path / "only").mkdir()
+    (tmp_path / "only" / "map.png").write_bytes(b"\x89PNG")
+    with pytest.raises(InputError, match="no file of the folder can be read"):
+        jink.track(tmp_path / "only")
 
 
 def test_a_pipe_is_read_once(tmp_path):

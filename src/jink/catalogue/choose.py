@@ -12,12 +12,15 @@ from ..filters.imm import IMM
 from ..filters.loading import load
 from ..io.errors import InputError
 from ..models.outliers import Outliers
-from ..models.sensor import Polar, Position, Sensor
+from ..models.sensor import Polar, Position, PositionVelocity, Sensor
 from .purpose import Purpose, Unfit
 from .registry import FILTERS, SHORT, canonical
 from .targets import kind_of
 
 DEFAULT = "imm"
+VELOCITIES = ("vx", "vy", "vz")
+# what a radar measures beside range and azimuth, and the sensor's argument for its noise
+RADAR = {"altitude": "height_sd", "elevation": "elevation_sd", "range_rate": "range_rate_sd"}
 EARTH_RADIUS = 6_371_008.8  # m, the mean; where the site is known its own is taken
 
 
@@ -116,13 +119,19 @@ def axes_of(chosen: Any) -> int | None:
 
 def sensor_of(
     components: Sequence[str], sd: Mapping[str, float], earth_radius: float = EARTH_RADIUS
-) -> Position | Polar:
-    """The sensor of measured `components` (x, y, altitude, ... or range, azimuth, ...) with these `sd`s."""
-    third = components[2] if len(components) > 2 else None
+) -> Position | PositionVelocity | Polar:
+    """The sensor of measured `components` with these `sd`s: x, y, altitude, ..., perhaps vx, vy, vz; or range, azimuth,
+    ..., perhaps range_rate.
+    """
     if components[0] == "range":
-        extra: dict[str, Any] = {
-            "altitude": {"height_sd": sd.get("altitude"), "earth_radius": earth_radius},
-            "elevation": {"elevation_sd": sd.get("elevation")},
-        }
-        return Polar(range_sd=sd["range"], azimuth_sd=sd["azimuth"], **extra.get(third or "", {}))
-    return Position(sd=[sd["position"]] * 2 + ([sd["altitude"]] if third else []), axes=len(components))
+        extra: dict[str, Any] = {RADAR[name]: sd.get(name) for name in components[2:]}
+        if "altitude" in components:
+            extra["earth_radius"] = earth_radius
+        return Polar(range_sd=sd["range"], azimuth_sd=sd["azimuth"], **extra)
+    velocities = [name for name in components if name in VELOCITIES]
+    axes = len(components) - len(velocities)
+    position = [sd["position"]] * 2 + ([sd["altitude"]] if axes > 2 else [])
+    if velocities:
+        velocity = [sd.get("velocity", 1.0)] * 2 + [sd.get("vertical_rate", 1.0)] * (axes - 2)
+        return PositionVelocity(sd=position, velocity_sd=velocity, axes=axes)
+    return Position(sd=position, axes=axes)

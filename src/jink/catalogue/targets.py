@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields, replace
 from ..checks import positive, unknown
 from ..filters.imm import IMM
 from ..io.errors import InputError
+from ..models.coasting import Coasting
 from ..models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Motion
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
@@ -20,6 +21,8 @@ from ..models.start import TwoPoint
 from ..models.switching import Sojourn
 
 RARE = 10  # usual steps without a position after which a track is given up, if that is longer than the kind's `coast`
+
+SEVERAL = 3  # usual steps without a position after which a target coasts, if that is longer than its kind says
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +33,7 @@ class Kind:
     rows sum to one; speed (m/s): about the fastest, the velocity's sd until there is a second position; extent (m):
     where an outlier may lie, horizontally and vertically; coast (s): a track without a position for longer is given up,
     or cut in two; acceleration (m/s²): what a target pulls when it manoeuvres; position_sd (m): of a measurement, where
-    the data do not tell.
+    the data do not tell; coasting: what a target does while nothing is measured.
     """
 
     summary: str
@@ -42,6 +45,7 @@ class Kind:
     coast: float
     acceleration: float
     position_sd: float
+    coasting: Coasting
 
     def gap(self, step: float) -> float:
         """Seconds without a position after which a track begins anew; step (s): the usual time between two."""
@@ -68,6 +72,7 @@ class Kind:
             outliers=Outliers(share=0.01, extent=extent, restart_after=2),
             initial=TwoPoint(velocity_sd=positive("speed", self.speed)),
             coast=wait or None,
+            coasting=replace(self.coasting, after=max(self.coasting.after, SEVERAL * interval)),
         )
 
 
@@ -120,6 +125,7 @@ AIRCRAFT = Kind(
     coast=300.0,
     acceleration=3.0,
     position_sd=30.0,
+    coasting=Coasting(after=20.0, manoeuvre=10.0, climb=30.0, reverses=False),
 )
 
 FIGHTER = Kind(
@@ -142,6 +148,7 @@ FIGHTER = Kind(
     coast=120.0,
     acceleration=40.0,
     position_sd=30.0,
+    coasting=Coasting(after=20.0, manoeuvre=5.0, climb=20.0),
 )
 
 KINDS: dict[str, Kind] = {
@@ -164,6 +171,7 @@ KINDS: dict[str, Kind] = {
         coast=1800.0,
         acceleration=0.2,
         position_sd=10.0,
+        coasting=Coasting(after=120.0, manoeuvre=60.0, climb=60.0, reverses=False),
     ),
     "vehicle": Kind(
         summary="road vehicles: braking and cornering below 0.5 g",
@@ -182,6 +190,7 @@ KINDS: dict[str, Kind] = {
         coast=300.0,
         acceleration=3.0,
         position_sd=5.0,
+        coasting=Coasting(after=10.0, manoeuvre=4.0, climb=10.0, reverses=False),
     ),
     "drone": Kind(
         summary="multicopters and small fixed-wing drones: below 1 g, quick turns",
@@ -200,6 +209,7 @@ KINDS: dict[str, Kind] = {
         coast=60.0,
         acceleration=5.0,
         position_sd=3.0,
+        coasting=Coasting(after=5.0, manoeuvre=2.0, climb=5.0),
     ),
     "person": Kind(
         summary="people on foot or by bicycle",
@@ -218,6 +228,7 @@ KINDS: dict[str, Kind] = {
         coast=300.0,
         acceleration=1.0,
         position_sd=5.0,
+        coasting=Coasting(after=10.0, manoeuvre=4.0, climb=10.0),
     ),
 }
 

@@ -126,7 +126,7 @@ class LearnRequest:
         typer.Option(
             metavar="M/S²,…|NAME",
             help="For fuzzy-imm: accelerations of the modes. Default: 1, 10 and 100 % of the kind's. "
-            "For an aid: its inputs, innovations (default) or titi-guney.",
+            "For an aid: its inputs, innovations (default), sums of them, or titi-guney.",
         ),
     ] = None
     process_sd: Annotated[
@@ -160,7 +160,7 @@ class LearnRequest:
         typer.Option(
             metavar="N",
             rich_help_panel=NETWORKS,
-            help="Membership functions of each input of anfis-kf. Default: 2, or 4 with titi-guney's inputs.",
+            help="Membership functions of each input of anfis-kf. Default: 2; sums: 3; titi-guney: 4.",
         ),
     ] = None
     membership: Annotated[

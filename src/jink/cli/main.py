@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from typing import Annotated, Any
@@ -15,6 +16,7 @@ except ImportError:
     sys.exit('jink: the command line needs more packages: pip install "jink[track]"')
 
 from .compare import run_compare
+from .exit_status import DEBUG, guarded
 from .fit import run_fit
 from .learn import run_learn
 from .reproduce import run_reproduce
@@ -55,12 +57,18 @@ def root(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.", **FLAG)
     ] = False,
+    debug: Annotated[
+        bool, typer.Option(DEBUG, help="Show where an error comes from; it may stand anywhere.", **FLAG)
+    ] = False,
 ) -> None:
     """Take the options that stand before a command."""
 
 
 def main() -> Any:
-    """Run the command line; `python -m jink` calls itself jink as well."""
+    """Run the command line and exit; `python -m jink` calls itself jink as well."""
     # A command that is told to stop takes its temporary files away, as it does on Ctrl-C.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    return app(prog_name="jink")
+    given = [word for word in sys.argv[1:] if word != DEBUG]
+    if len(given) < len(sys.argv) - 1:
+        os.environ["JINK_DEBUG"] = "1"
+    sys.exit(guarded(lambda: app(args=given, prog_name="jink")))

@@ -6,7 +6,7 @@ import json
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import MISSING, dataclass, fields
 from importlib import import_module
 from inspect import Parameter, Signature
@@ -214,6 +214,24 @@ def parse_columns(given: Sequence[str] | None) -> dict[str, str]:
             raise InputError(f"--columns: {item!r} is not ROLE=COLUMN, for example target=hex,altitude_ft=alt")
         pairs[role.strip()] = name.strip()
     return pairs
+
+
+def parse_sites(given: Sequence[str] | None) -> dict[str, tuple[float, ...]]:
+    """`48.1,11.6,520` or `NAME=48.1,11.6` to latitude, longitude (degrees) and altitude (m), by name; "" for one that
+    has none. Errors: InputError.
+    """
+    sites: dict[str, tuple[float, ...]] = {}
+    for item in given or ():
+        name, equals, text = item.rpartition("=")
+        values: list[float] = []
+        with suppress(ValueError):
+            values += [float(part) for part in text.split(",")]
+        if len(values) not in (2, 3) or not (abs(values[0]) <= 90.0 and abs(values[1]) <= 360.0):
+            raise InputError(f"--site is {item!r}; expected LATITUDE,LONGITUDE[,ALTITUDE] (degrees, metres)")
+        if name in sites or (bool(equals) != all(sites) and sites):
+            raise InputError(f"--site is {item!r} beside others; expected a name of its own for each: NAME=LAT,LON")
+        sites[name.strip()] = tuple(values)
+    return sites
 
 
 def words_of(given: Sequence[str] | None) -> list[str]:

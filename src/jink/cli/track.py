@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
 import time as clock
 from collections.abc import Iterator
@@ -17,7 +16,7 @@ import typer
 
 from ..io.errors import InputError
 from .exit_status import exit_status
-from .request import FLAG, check_kind, completed_from, parse_columns
+from .request import FLAG, check_kind, completed_from, parse_columns, parse_sites, words_of
 
 OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
 PLOTS = "Plots without identity"
@@ -81,6 +80,24 @@ class TrackRequest:
             "standard output. Without any output, the summary and the first tracks are shown.",
         ),
     ] = None
+    keep: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMNS",
+            rich_help_panel=OUTPUT,
+            help="Columns of the input that go through to the output, such as callsign,sog. "
+            "Default: those that say who a target is.",
+        ),
+    ] = None
+    every: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            rich_help_panel=OUTPUT,
+            help="Write one row at each multiple of a time, such as 1s; "
+            "between measurements it is predicted, with its sd.",
+        ),
+    ] = None
     report: Annotated[
         str | None,
         typer.Option(metavar="FILE", rich_help_panel=OUTPUT, help="Write one HTML page that shows the tracks."),
@@ -91,6 +108,12 @@ class TrackRequest:
     quiet: Annotated[
         bool,
         typer.Option("--quiet", "-q", rich_help_panel=OUTPUT, help="Print no progress and no summary.", **FLAG),
+    ] = False
+    timings: Annotated[
+        bool,
+        typer.Option(
+            "--timings", rich_help_panel=OUTPUT, help="Say how long each stage took, on standard error.", **FLAG
+        ),
     ] = False
     smooth: Annotated[
         bool,
@@ -126,11 +149,29 @@ class TrackRequest:
         str | None,
         typer.Option(
             metavar="SD",
-            help="Noise of the measurements: 25 (metres), position=25,altitude=10 or range=50,azimuth_deg=0.1. "
+            help="Noise of the measurements: 25 (metres), position=25,altitude=10 or range=50,azimuth_deg=0.1; "
+            "also velocity, vertical_rate and range_rate (m/s). "
             "Default: from columns of ADS-B accuracy, or else estimated from the data.",
         ),
     ] = None
+    no_velocity: Annotated[
+        bool,
+        typer.Option(
+            "--no-velocity",
+            help="Leave out reported speeds, courses, vertical rates and range rates. "
+            "Default: used where they make held-out positions likelier.",
+            **FLAG,
+        ),
+    ] = False
     threads: Annotated[int | None, typer.Option(metavar="N", help="Number of threads. Default: all cores.")] = None
+    memory: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SIZE",
+            help="How much memory may be used, such as 2GB; larger tables are tracked share by share. "
+            "Default: a quarter of the machine's.",
+        ),
+    ] = None
     columns: Annotated[
         list[str] | None,
         typer.Option(
@@ -192,11 +233,12 @@ class TrackRequest:
         ),
     ] = None
     site: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
             metavar="LAT,LON",
             rich_help_panel=INPUT,
-            help="Where the radar stands, also as LAT,LON,ALTITUDE. It puts x and y on the map.",
+            help="Where the radar stands, also as LAT,LON,ALTITUDE. It puts x and y on the map. "
+            "Of several radars one each: NAME=LAT,LON, where NAME is the source (a column, or the file).",
         ),
     ] = None
     anonymous: Annotated[
@@ -291,7 +333,7 @@ class TrackRequest:
 
 def run_track(request: TrackRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable input or request."""
-    work = _run_live if "-" in request.inputs else _run_files
+    work = _run_live if "-" in request.inputs else _run_timed if request.timings else _run_files
     return exit_status(
         lambda: work(request),
         mistakes=InputError,
@@ -300,37 +342,26 @@ def run_track(request: TrackRequest) -> int:
     )
 
 
-def parse_site(given: str | None) -> tuple[float, ...] | None:
-    """`48.1,11.6,520` to latitude, longitude (degrees) and altitude (m, 0 if left out). Errors: InputError."""
-    if given is None:
-        return None
-    try:
-        values = tuple(float(item) for item in given.split(","))
-    except ValueError:
-        values = (math.nan, math.nan)
-    if len(values) not in (2, 3) or not (abs(values[0]) <= 90.0 and abs(values[1]) <= 360.0):
-        raise InputError(f"--site is {given!r}; expected LATITUDE,LONGITUDE[,ALTITUDE] (degrees, metres)")
-    return values
-
-
 def settings_of(request: TrackRequest) -> tuple[Any, Any]:
     """What reading and tracking need to know."""
     from ..catalogue.choose import load_filter
-    from ..io.geodesy import SiteFrame
     from ..io.loading import Reading
     from ..tracking.batch import Settings
     from ..tracking.lag import Lag
     from ..tracking.noise_level import parse_sensor_sd
+    from ..tracking.prepare import sites_of
+    from ..tracking.resampling import parse_every
 
     check_kind(request.kind)
-    site = parse_site(request.site)
+    site, sites = sites_of(parse_sites(request.site))
     settings = Settings(
         filter=load_filter(request.filter),
         kind=request.kind,
         smooth=request.smooth,
         lag=Lag.of(request.lag),
         sensor_sd=parse_sensor_sd(request.sensor_sd),
-        site=SiteFrame(*site) if site else None,
+        site=site,
+        sites=sites,
         gap=request.gap,
         min_points=request.min_points,
         sort=not request.no_sort,
@@ -338,11 +369,13 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         drop_stale=not request.keep_stale,
         check=not request.no_check,
         threads=request.threads,
+        velocity=not request.no_velocity,
+        every=parse_every(request.every),
     )
     columns = parse_columns(request.columns)
-    return Reading(
-        columns, request.altitude_unit, request.time_unit, not request.no_check, conventions_of(request)
-    ), settings
+    checked, kept = not request.no_check, None if request.keep is None else tuple(words_of(request.keep))
+    units = request.altitude_unit, request.time_unit
+    return Reading(columns, *units, checked, conventions_of(request), kept), settings
 
 
 def conventions_of(request: TrackRequest) -> Any:
@@ -381,6 +414,9 @@ def _run_live(request: TrackRequest) -> int:
         (request.report, "--report"),
         (request.output, "--output"),
         (request.json, "--json"),
+        (request.keep, "--keep"),
+        (request.every, "--every"),
+        (request.timings, "--timings"),
     ):
         if given:
             raise InputError(f"{option} needs the whole track; 'jink track -' writes JSON Lines to standard output")
@@ -388,9 +424,21 @@ def _run_live(request: TrackRequest) -> int:
     return 0
 
 
-def _run_files(request: TrackRequest) -> int:
-    from ..io.files import expand
-    from ..io.writing import MAPS, check_apart, check_writable, format_of
+def _run_timed(request: TrackRequest) -> int:
+    """Files, and what each stage took."""
+    from ..io.stages import recorded
+    from ..report.timings_table import show_timings
+
+    with recorded() as ledger:
+        status = _run_files(request, ledger)
+    if not request.json:
+        show_timings(ledger.figures(), ledger.rows)
+    return status
+
+
+def _run_files(request: TrackRequest, ledger: Any = None) -> int:
+    from ..io.files import expand, name_of
+    from ..io.writing import check_apart, check_writable, format_of
 
     began = clock.perf_counter()
     if request.quiet and not (request.output or request.report or request.json):
@@ -409,18 +457,16 @@ def _run_files(request: TrackRequest) -> int:
     reading, settings = settings_of(request)
     anonymous = anonymous_of(request)
     with _progress(request) as progress:
-        from ..io.loading import load_files
-        from ..tracking.batch import run
-
-        loaded = load_files(request.inputs, reading, lambda done, total: progress("reading", done, total))
-        if kind in MAPS and loaded.measurements.position != "geographic" and settings.site is None:
-            raise InputError(
-                f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
-            )
-        tracked = run(loaded, settings, progress, anonymous)
-        written = _write(tracked, output, kind, report, progress)
-    tracked.summary["written"] = [str(path) for path in written]
+        done = _large(request, reading, settings, anonymous, output, kind, progress)
+        if done is None:
+            tracked, written = _in_memory(request, reading, settings, anonymous, output, kind, progress)
+        else:
+            tracked, written = done
+    tracked.summary["written"] = [name_of(path) for path in written]
     tracked.summary["seconds"] = clock.perf_counter() - began
+    if ledger is not None:
+        ledger.rows = tracked.summary["rows"]
+        tracked.summary["timings"] = ledger.figures()
     if request.json:
         sys.stdout.write(json.dumps(tracked.summary, indent=2, ensure_ascii=False, default=str) + "\n")
     elif answered:
@@ -429,11 +475,47 @@ def _run_files(request: TrackRequest) -> int:
         from ..report.summary_table import show
 
         show(tracked.summary)
-        if not written:
+        if not written and tracked.tracks is not None:
             from ..report.first_tracks import show_first
 
             show_first(tracked.tracks)
     return 0
+
+
+def _in_memory(
+    request: TrackRequest, reading: Any, settings: Any, anonymous: Any, output: Path | None, kind: str, progress: Any
+) -> tuple[Any, list[Path]]:
+    """All files at once: the tracks, and what was written."""
+    from ..io.loading import load_files
+    from ..io.writing import MAPS
+    from ..tracking.batch import run
+
+    loaded = load_files(request.inputs, reading, lambda done, total: progress("reading", done, total))
+    if kind in MAPS and loaded.measurements.position != "geographic" and not (settings.site or settings.sites):
+        raise InputError(
+            f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
+        )
+    tracked = run(loaded, settings, progress, anonymous)
+    return tracked, _write(tracked, output, kind, Path(request.report) if request.report else None, progress)
+
+
+def _large(
+    request: TrackRequest, reading: Any, settings: Any, anonymous: Any, output: Path | None, kind: str, progress: Any
+) -> tuple[Any, list[Path]] | None:
+    """The same share by share, without the tracks; None where memory suffices, or the table cannot be divided."""
+    from ..tracking.batch import Tracked
+    from ..tracking.large import fits
+    from ..tracking.large_files import memory_of, track_large
+
+    memory = memory_of(request.memory)
+    if anonymous is not None or request.report or request.output == "-" or fits(request.inputs, memory):
+        return None
+    if settings.every is not None or settings.sites:
+        return None
+    rejected = rejected_path(output) if output else None
+    to = (output, kind) if output else None
+    done = track_large(request.inputs, reading, settings, memory, to, rejected, progress)
+    return done and (Tracked(None, None, done[0]), done[1])
 
 
 def _answer(tracked: Any, quiet: bool) -> None:
@@ -467,7 +549,8 @@ def _write(tracked: Any, output: Path | None, kind: str, report: Path | None, pr
 
                 write_report(tracked.tracks, name, summary=tracked.summary)
             else:
-                tracked.rejected.write_parquet(name)
+                with name.open("wb") as handle:
+                    tracked.rejected.write_parquet(handle)
     return wanted
 
 

@@ -19,6 +19,7 @@ from ..scenarios import Simulation
 from .scores import JACKKNIFE, NAN, Tally
 
 Phases = list[tuple[int, int]]
+METRIC = "mode_jump_delay"
 SHORTEST = 2  # scans of a phase
 LEAST = 1e-9  # scans: a standard error below that is none
 
@@ -49,7 +50,8 @@ def mode_jump_delay(tally: Tally, of: Phases) -> Figure:
     """Mean over jumps, in scans; NaN for a filter of one mode, and where no jump is called for."""
     if "modes" not in tally.responses:
         return NAN
-    used = tally.responses["runs"] > 0
+    counted = tally.responses["modes"]
+    used = counted.any(axis=(1, 2))
 
     def delay(modes: Array) -> float:
         total = modes.sum(axis=0)
@@ -61,6 +63,6 @@ def mode_jump_delay(tally: Tally, of: Phases) -> Figure:
             before = right
         return float(np.mean(found)) if found else math.nan
 
-    value, se = jackknife(delay, tally.responses["modes"][used], groups=JACKKNIFE)
+    value, se = jackknife(delay, counted[used], groups=JACKKNIFE)
     # rounding of sums that are all alike
     return Figure(value, 0.0 if se < LEAST else se)

@@ -23,6 +23,7 @@ from ..io.errors import InputError
 from ..io.loading import Reading, load_files
 from ..models.tracks import Tracks
 from ..scenarios.observation import sensor_in_words
+from ..tracking.converted import in_metres
 from ..tracking.prepare import Settings, prepare
 from .entrants import SUFFIX, Entrant, enter
 from .example import recorded_example
@@ -84,11 +85,12 @@ def race_on_file(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
     guests: Sequence[Entrant] = (),
+    positions: bool = False,
 ) -> Race:
-    """See :func:`jink.compare.compare`; guests take part beside the named ones. Errors: InputError where no row can be
-    scored.
+    """See :func:`jink.compare.compare`; guests take part beside the named ones; positions: a radar's plots are turned
+    into positions. Errors: InputError where no row can be scored.
     """
-    recording = read(path, kind, seed, columns)
+    recording = read(path, kind, seed, columns, positions)
     entrants: dict[str, Entrant] = {guest.name: guest for guest in guests}
     skipped = (
         {"rows": f"{recording.left_out} rows are left out because they have another number of axes"}
@@ -137,13 +139,19 @@ def race_on_file(
     )
 
 
-def read(path: str, kind: str, seed: int, columns: Mapping[str, str] | None = None) -> Recording:
-    """A file, prepared as for ``jink track``, with half of it set aside for fitting. Errors: InputError."""
+def read(
+    path: str, kind: str, seed: int, columns: Mapping[str, str] | None = None, positions: bool = False
+) -> Recording:
+    """A file, prepared as for ``jink track``, with half of it set aside for fitting; positions: a radar's plots become
+    positions in metres. Errors: InputError.
+    """
     measurements = load_files([path], Reading(columns)).measurements
-    prepared = prepare(measurements, Settings(kind=kind))
+    prepared = prepare(measurements, Settings(kind=kind, velocity=False))
     if not prepared.groups:
         raise InputError(f"{path}: no row is left after cleaning; jink track on this file says why")
     group = max(prepared.groups, key=lambda each: len(each.placed.time))
+    if positions:
+        group = in_metres(group, kind)
     placed = group.placed
     owner = placed.rows["target"].to_numpy().astype(str)[placed.offsets[:-1]]
     tracks = Tracks(placed.time, placed.z, placed.offsets, group.covariance, owner=owner)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..metrics import Comparison, Figure
-from . import manoeuvring
+from . import manoeuvring, mode_jumps
 from .entrants import ALWAYS, Entrant
 from .example import Example
 from .scores import Tally, difference, efficiency
@@ -30,6 +30,7 @@ METRICS = (
     "estimated",
     "lost",
     *manoeuvring.METRICS,
+    mode_jumps.METRIC,
     "us_per_update",
 )
 RESPONSES = tuple(name for name in manoeuvring.METRICS if name.startswith(manoeuvring.EVENTS))
@@ -45,7 +46,7 @@ class Race:
     scenario, its words and how it is seen, runs (finished), asked, seed; entrants and tallies by name; skipped: who
     could not take part, and why; bound: the RMSE (m, m/s) that the posterior Cramér–Rao bound allows a filter that
     knows the manoeuvres; example: one run to look at; partial: interrupted before all runs were done; skipped_scans:
-    those at the start that do not count.
+    those at the start that do not count; phases: scans between changes of motion that all runs share.
     """
 
     scenario: str
@@ -61,6 +62,7 @@ class Race:
     example: Example | None = None
     unit: str = "runs"
     skipped_scans: int = 0
+    phases: mode_jumps.Phases = field(default_factory=list)
     metrics: tuple[str, ...] = METRICS
     compared: tuple[str, ...] = COMPARED
 
@@ -78,6 +80,8 @@ class Race:
             return tally.quantile(QUANTILES[metric])
         if metric in RESPONSES:
             return manoeuvring.figure(tally, metric)
+        if metric == mode_jumps.METRIC:
+            return mode_jumps.mode_jump_delay(tally, self.phases)
         if metric == "us_per_update":
             return tally.cost()
         if metric.endswith("_efficiency"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,8 @@ LOST = 10.0  # times the position RMSE of the raw measurements, five scans in a 
 class Field:
     """What all entrants share: the scenario, what training showed, and the limit (m) of a lost track.
 
-    told is what a clairvoyant knows; None, and why not, where that is not exact.
+    told is what a clairvoyant knows; None, and why not, where that is not exact. phases: scans between changes of
+    motion that all runs share; none where only one run tells.
     """
 
     scenario: Scenario
@@ -46,6 +47,7 @@ class Field:
     first: int
     told: bounds.Told | None
     why: str = ""
+    phases: mode_jumps.Phases = field(default_factory=list)
 
 
 def race(
@@ -103,6 +105,7 @@ def race(
         bound=bounds.posterior_bound(field.training, field.told, field.first) if field.told else {},
         example=shown,
         skipped_scans=field.first,
+        phases=field.phases,
     )
 
 
@@ -138,7 +141,8 @@ def prepare(source: Source, first: int) -> Field:
         told, why = bounds.told(training), ""
     except Unfit as reason:
         told, why = None, str(reason)
-    return Field(scenario, purpose, training, LOST * level, first, told, why)
+    phases = mode_jumps.phases(training, first) if len(training.runs) > 1 else []
+    return Field(scenario, purpose, training, LOST * level, first, told, why, phases)
 
 
 def _loss(filter: Any, training: Simulation, first: int) -> float:
@@ -191,7 +195,7 @@ def _one_chunk(
 ) -> Example:
     """Count all filters' answers; what is shown of the first run."""
     measured, answers = raw(simulation), {}
-    busy, jumps = manoeuvring.busy(simulation), mode_jumps.phases(simulation, field.first)
+    busy = manoeuvring.busy(simulation)
     for name, entrant in entrants.items():
         began = clock.perf_counter()
         answer = _answer(entrant, simulation, field, measured)
@@ -203,7 +207,7 @@ def _one_chunk(
         error = answer.position - simulation.truth.position[..., : answer.position.shape[2]]
         error[:, : field.first] = np.nan
         manoeuvring.count(tally, simulation.runs, error, answer.manoeuvring, busy)
-        if jumps:
+        if field.phases:
             mode_jumps.count(tally, simulation.runs, answer.probability)
         answers[name] = answer
     return example(simulation, answers, busy)

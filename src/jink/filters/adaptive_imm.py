@@ -71,18 +71,25 @@ class AccelerationLevel:
     """A motion model with a known acceleration (m/s², one number or one per axis): x⁻ = f(x) + G u.
 
     estimated: the level counts from the acceleration that an :class:`AdaptiveIMM` estimates beside its modes, u =
-    â(k−1) + level.
+    â(k−1) + level; in_sd: and in units of the estimate's own standard deviation, u = â(k−1) + level √P_aa(k−1). Errors:
+    ValueError for in_sd without estimated.
     """
 
     motion: Any
     acceleration: PerAxis
     estimated: bool = False
+    in_sd: bool = False
 
     def __post_init__(self) -> None:
         if not all(map(isfinite, _numbers(self.acceleration))):
             raise ValueError(f"AccelerationLevel.acceleration: expected finite numbers, got {self.acceleration!r}")
-        if not isinstance(self.estimated, bool):
-            raise TypeError(f"AccelerationLevel.estimated: expected True or False, got {self.estimated!r}")
+        for name in ("estimated", "in_sd"):
+            if not isinstance(getattr(self, name), bool):
+                raise TypeError(f"AccelerationLevel.{name}: expected True or False, got {getattr(self, name)!r}")
+        if self.in_sd and not self.estimated:
+            raise ValueError(
+                "AccelerationLevel.in_sd: expected estimated=True too, whose standard deviation is the unit, got False"
+            )
 
     @property
     def remembers(self) -> bool:
@@ -113,14 +120,14 @@ class AccelerationLevel:
         """How the motion model adapts."""
         return self.motion.adaptation(axes) if hasattr(self.motion, "adaptation") else native.Adaptation()
 
-    def level(self, axes: int) -> tuple[list[float], bool]:
-        """The known acceleration of each axis, and whether it counts from the estimate."""
+    def level(self, axes: int) -> tuple[list[float], bool, bool]:
+        """The known acceleration of each axis, whether it counts from the estimate, and whether in its deviations."""
         values = _numbers(self.acceleration)
         if len(values) not in (1, axes):
             raise ValueError(
                 f"AccelerationLevel.acceleration: expected one number or one for each of {axes} axes, got {len(values)}"
             )
-        return [values[0]] * axes if len(values) == 1 else values, self.estimated
+        return ([values[0]] * axes if len(values) == 1 else values), self.estimated, self.in_sd
 
 
 def _numbers(value: PerAxis) -> list[float]:
@@ -128,9 +135,9 @@ def _numbers(value: PerAxis) -> list[float]:
 
 
 def symmetric_levels(
-    motion: Any, steps: Sequence[float], axes: int, *, estimated: bool = True
+    motion: Any, steps: Sequence[float], axes: int, *, estimated: bool = True, in_sd: bool = False
 ) -> list[AccelerationLevel]:
-    """Modes at zero and at ± each step (m/s²) along each axis: 1 + 2 · steps · axes of them.
+    """Modes at zero and at ± each step (m/s², or standard deviations) along each axis: 1 + 2 · steps · axes of them.
 
     Errors: ValueError for steps that are not positive and rising.
     """
@@ -143,7 +150,7 @@ def symmetric_levels(
                 levels.append([sign * step if a == axis else 0.0 for a in range(axes)])
     if axes == 1:
         levels.sort()
-    return [AccelerationLevel(motion, level, estimated) for level in levels]
+    return [AccelerationLevel(motion, level, estimated, in_sd) for level in levels]
 
 
 class AdaptiveIMM(IMM):
@@ -188,14 +195,16 @@ def aimm(
     *,
     acceleration_sd: float,
     estimator: Estimator,
+    in_sd: bool = False,
     mode_probability: ArrayLike | None = None,
     outliers: Outliers | None = None,
     initial: TwoPoint | OnePoint | Prior | None = None,
 ) -> AdaptiveIMM:
     """The adaptive IMM of the papers: constant velocities at symmetric ``levels`` (m/s²) around the estimate.
 
-    levels such as (−40, 0, 40); along each axis of the sensor. mode_probability: by default 0.6 for the level zero, the
-    rest equal. Errors: ValueError for levels that are not symmetric about zero (an even number cannot be).
+    levels such as (−40, 0, 40); along each axis of the sensor; in_sd: in units of the estimate's standard deviation,
+    such as (−2, 0, 2). mode_probability: by default 0.6 for the level zero, the rest equal. Errors: ValueError for
+    levels that are not symmetric about zero (an even number cannot be).
     """
     rising = sorted(float(v) for v in levels)
     if len(rising) % 2 == 0 or any(abs(a + b) > 1e-12 * abs(a) for a, b in zip(rising, rising[::-1], strict=True)):
@@ -205,7 +214,9 @@ def aimm(
         )
     axes = int(getattr(sensor, "axes", None) or 2)
     positive("acceleration_sd", acceleration_sd, zero=True)
-    motions = symmetric_levels(ConstantVelocity(acceleration_sd=acceleration_sd), rising[len(rising) // 2 + 1 :], axes)
+    motions = symmetric_levels(
+        ConstantVelocity(acceleration_sd=acceleration_sd), rising[len(rising) // 2 + 1 :], axes, in_sd=in_sd
+    )
     if mode_probability is None:
         centre = next(i for i, m in enumerate(motions) if not any(_numbers(m.acceleration)))
         rest = 0.4 / max(len(motions) - 1, 1)

@@ -19,10 +19,10 @@ class Aided(Bank):
     """x̂ + c(u): the estimates of ``filter`` with the correction of ``corrector`` along each axis added.
 
     u is what the corrector takes: the residual z − x̂(t|t) and the step x̂(t|t−1) − x̂(t|t), or the last innovations
-    over their sd. The filter goes on from its own estimate; P, likelihood and NIS stay its own. A miss, a rejected
-    measurement or a start is not corrected. Errors: ValueError for units that do not go with the sensor, TypeError for
-    a filter on models of your own. Source: Titi & Güney, "Adaptive neuro-fuzzy aided Kalman filter for target
-    tracking".
+    over their sd, or sums of these. The filter goes on from its own estimate; likelihood and NIS stay its own. P is the
+    filter's, its sds times the corrector's ``sd_factors``. A miss, a rejected measurement or a start is not corrected.
+    Errors: ValueError for units that do not go with the sensor, TypeError for a filter on models of your own. Source:
+    Titi & Güney, "Adaptive neuro-fuzzy aided Kalman filter for target tracking".
     """
 
     arguments = ("corrector",)
@@ -54,7 +54,7 @@ class Aided(Bank):
 
 def _native(c: Corrector) -> native.Aid:
     ranges = [float(v) for four in zip(c.low, c.high, c.centre, c.scale, strict=True) for v in four]
-    numbers = [*ranges, *map(float, c.output_scale), float(c.fade)]
+    numbers = [*ranges, *map(float, c.output_scale), float(c.fade), *c.factors]
     if isinstance(c.model, Anfis):
         model, sizes = native.AidModel[c.model.shape], [len(functions) for functions in c.model.memberships]
         largest, what = sum(sizes), "membership functions"
@@ -66,7 +66,7 @@ def _native(c: Corrector) -> native.Aid:
         numbers += weights
     if largest > LARGEST_LAYER:
         raise ValueError(f"corrector: expected at most {LARGEST_LAYER} {what}, got {largest}")
-    kind = native.AidInputs.residuals if c.inputs == "titi-guney" else native.AidInputs.innovations
+    kind = native.AidInputs.residuals if c.inputs == "titi-guney" else native.AidInputs[c.inputs]
     return native.Aid(kind=kind, model=model, inputs=c.count, outputs=len(c.output_scale), sizes=sizes, numbers=numbers)
 
 

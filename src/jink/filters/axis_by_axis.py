@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..checks import Array
 from ..estimate import Estimate, Status
 from ..models.sensor import Position
+from .source import BatchSource
 
 AXES = "xyz"
 # what is said of a row whose axes differ: the first of these that one of them has
 ORDER = (Status.none, Status.restarted, Status.initialised, Status.gated, Status.updated, Status.predicted)
 
 
-@dataclass(repr=False)
+@dataclass(repr=False, eq=False)
 class AxesEstimate(Estimate):
     """Estimates of axes that know nothing of each other: P is block diagonal, modes are those of x, then of y (and z).
 
@@ -120,8 +121,9 @@ class AxisByAxis:
             threads=threads,
             outputs=outputs,
         )
-        apart = {k: v.reshape(self.axes, -1, *v.shape[1:]).swapaxes(0, 1) for k, v in estimate.results.items()}
-        return self.joined(apart)
+        apart = self.by_axis(estimate)
+        source = AxesSource(self, estimate.source)
+        return replace(self.joined(apart), source=source)
 
     def _columns(self, z: ArrayLike) -> Array:
         rows = np.asarray(z, dtype=float)
@@ -131,6 +133,10 @@ class AxisByAxis:
 
     def _apart(self, rows: Array | None) -> Array | None:
         return None if rows is None else np.ascontiguousarray(rows.T).reshape(-1, 1)
+
+    def by_axis(self, estimate: Estimate) -> dict[str, Array]:
+        """Results (N, axes, …) of an estimate whose tracks are axes."""
+        return {k: v.reshape(self.axes, -1, *v.shape[1:]).swapaxes(0, 1) for k, v in estimate.results.items()}
 
     def joined(self, apart: dict[str, Array]) -> AxesEstimate:
         """One estimate of results (N, axes, …)."""
@@ -151,6 +157,41 @@ class AxisByAxis:
             else:
                 out[name] = _summed(value)
         return AxesEstimate(self.components, self.modes, out, self.non_manoeuvring, self.axes)
+
+
+@dataclass(frozen=True)
+class AxesSource:
+    """Rows of which every axis is a track: first all tracks along x, then along y (and z)."""
+
+    of: AxisByAxis
+    apart: BatchSource
+
+    @property
+    def time(self) -> Array:
+        """Of each row, s."""
+        return self.apart.time[: len(self.apart.time) // self.of.axes]
+
+    @property
+    def offsets(self) -> NDArray[np.int64]:
+        """Where targets begin, and the end."""
+        return self.apart.offsets[: (len(self.apart.offsets) - 1) // self.of.axes + 1]
+
+    def part(self, first: int, end: int) -> AxesSource:
+        """Some of the targets."""
+        bounds, size = self.offsets, len(self.time)
+        rows = np.arange(bounds[first], bounds[end])
+        ends = bounds[first : end + 1] - bounds[first]
+        axes = range(self.of.axes)
+        batch = self.apart.batch.only(
+            np.concatenate([rows + k * size for k in axes]), np.r_[ends, *(ends[1:] + k * ends[-1] for k in axes[1:])]
+        )
+        return replace(self, apart=replace(self.apart, batch=batch))
+
+    def at(self, times: list[Array]) -> Estimate:
+        """As :meth:`jink.Estimate.at`, along each axis."""
+        found = self.apart.at(times * self.of.axes)
+        assert isinstance(found.source, BatchSource)
+        return replace(self.of.joined(self.of.by_axis(found)), source=AxesSource(self.of, found.source))
 
 
 class LiveAxes:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,16 +14,21 @@ from numpy.typing import ArrayLike, NDArray
 from .._engine import native
 from ..checks import Array, thread_count
 from ..estimate import Estimate
+from ..io.stages import stage
+from ..models.coasting import Coasting
 from ..models.motion import component_names, mode_names
 from ..models.non_manoeuvring import non_manoeuvring_modes
+from ..models.observed import Observed
 from ..models.outliers import Outliers
 from ..models.start import OnePoint, Prior, TwoPoint
-from .live import LiveBatch
+from .live import LiveBatch, LiveTarget
 from .parts import Parts, is_fixed, native_mode
 from .plain import VERSION, plain, write
 from .results import allocate
 from .rows import Batch, prior_of_tracks
 from .rules import declared_rules
+from .slots import Slots
+from .source import BatchSource
 
 
 class Bank:
@@ -39,6 +45,35 @@ class Bank:
     engine: Any  # runs it: native, or stepwise for models of your own
     declaration: native.Declaration | None = None  # what the native engine was made from
 
+    _given: tuple[tuple[Any, ...], dict[str, Any]]  # what it was made of
+
+    def __new__(cls, *args: Any, **options: Any) -> Self:
+        """Keep the arguments: a copy or a pickle is made of them again."""
+        made = super().__new__(cls)
+        made._given = args, options
+        return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled as its arguments and what a file said of it; the engine is made again."""
+        return _made_again, (type(self), *self._given, self.fitted)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal where the class and every parameter are; filters on models of your own only where they are one."""
+        if type(self) is not type(other) or not isinstance(other, Bank):
+            return NotImplemented
+        return self is other or (self._value is not None and self._value == other._value)
+
+    def __hash__(self) -> int:
+        return hash(self._value) if self._value is not None else id(self)
+
+    @cached_property
+    def _value(self) -> str | None:
+        """Everything that a file would hold; None on models of your own."""
+        try:
+            return json.dumps(self.described(), sort_keys=True)
+        except TypeError:
+            return None
+
     def _declare(
         self,
         motions: Sequence[Any],
@@ -48,9 +83,14 @@ class Bank:
         coast: float | None,
     ) -> None:
         """What every filter is given."""
-        self.motions, self.sensors = tuple(motions), as_sensors(sensor)
+        self.motions = tuple(motions)
         if not self.motions:
             raise ValueError("motions: expected at least one motion model")
+        for motion in self.motions:
+            if _is_sensor(motion):
+                name = type(motion).__name__
+                raise TypeError(f"motion: got the sensor {name}; expected the motion model first, then the sensor")
+        self.sensors = as_sensors(sensor)
         self.outliers, self.coast = outliers, coast
         self.initial = initial if initial is not None else TwoPoint()
 
@@ -63,6 +103,7 @@ class Bank:
         mixing: str = "prior",
         linearisation: str = "ekf",
         coast: float | None = None,
+        coasting: Coasting | None = None,
         parts: Parts | None = None,
     ) -> None:
         self.not_smoothed = self.not_smoothed or next(filter(None, map(_unsmoothed, self.motions)), "")
@@ -77,6 +118,7 @@ class Bank:
             mixing=mixing,
             linearisation=linearisation,
             coast=coast,
+            coasting=coasting,
         )
         _check_units(self.motions, self.sensors)
         if all(hasattr(part, "native") for part in (*self.motions, *self.sensors)):
@@ -106,6 +148,8 @@ class Bank:
     def _run_stepwise(self, declaration: native.Declaration) -> None:
         from ..stepwise import Stepwise
 
+        if getattr(self, "coasting", None) is not None:
+            raise TypeError("coasting: works on jink's own motion and sensor models, not beside models of your own")
         for motion in self.motions:
             if hasattr(motion, "native") and not is_fixed(native_mode(motion, self.axes)):
                 raise TypeError(
@@ -214,6 +258,14 @@ class Bank:
         batch = self._batch(time, z, offsets, sensor, covariance, input, initial)
         return self._run(batch, threads, outputs, out, smooth=True, until=batch.until(lag, lag_seconds))
 
+    @overload
+    def start(
+        self, n: None = None, *, lag: int = 0, state: bytes | None = None, outputs: Sequence[str] | None = None
+    ) -> LiveTarget: ...
+    @overload
+    def start(
+        self, n: int, *, lag: int = 0, state: bytes | None = None, outputs: Sequence[str] | None = None
+    ) -> LiveBatch: ...
     def start(
         self,
         n: int | None = None,
@@ -234,7 +286,7 @@ class Bank:
             raise ValueError(f"lag: cannot smooth {type(self).__name__}: {self.not_smoothed}")
         if n is not None and (int(n) != n or n < 1):
             raise ValueError(f"n: expected a number of targets, got {n!r}")
-        live: Any = self.engine.one(int(lag)) if n is None else self._many(int(n), int(lag), outputs)
+        live: Any = self.engine.one(int(lag), self) if n is None else self._many(int(n), int(lag), outputs)
         if isinstance(self.initial, Prior):
             x, P = prior_of_tracks(self.initial, self.components, n or 1)
             for k in range(n or 1):
@@ -244,11 +296,24 @@ class Bank:
             live.restore(state)
         return live
 
+    def slots(self) -> Slots:
+        """Track live targets that come and go. Errors: TypeError for models of your own."""
+        if self.declaration is None:
+            raise TypeError(f"{type(self).__name__}: slots are for jink's own motion and sensor models")
+        live = self.engine.slots()
+        if isinstance(self.initial, Prior):
+            x, P = prior_of_tracks(self.initial, self.components, 1)
+            live.begin_all(x[0], P[0])
+        return Slots(
+            live, self._estimate, components=len(self.components), modes=len(self.motions), columns=self.columns
+        )
+
     def _many(self, n: int, lag: int, outputs: Sequence[str] | None) -> LiveBatch:
         return LiveBatch(
             self.engine.many(n, lag),
             n,
             self._estimate,
+            again=(self, n, lag, outputs),
             components=len(self.components),
             modes=len(self.motions),
             columns=self.columns,
@@ -303,6 +368,7 @@ class Bank:
             components=self.components,
         )
 
+    @stage("filter")
     def _run(
         self,
         batch: Batch,
@@ -323,7 +389,20 @@ class Bank:
             columns=self.columns,
         )
         self.engine.run(*batch.arguments(), slots, status, smooth, until, thread_count(threads))
-        return self._estimate(results)
+        source = BatchSource(self, batch, smooth, tuple(results), until is not None)
+        return Estimate(self.components, self.modes, results, self.non_manoeuvring, source=source)
+
+
+def _made_again(kind: type[Bank], args: tuple[Any, ...], options: dict[str, Any], fitted: dict[str, Any]) -> Bank:
+    """A filter from its arguments."""
+    filter = kind(*args, **options)
+    if fitted:
+        filter.fitted = fitted
+    return filter
+
+
+def _is_sensor(part: Any) -> bool:
+    return isinstance(part, Observed) or (hasattr(part, "h") and not hasattr(part, "f"))
 
 
 def _check_units(motions: tuple[Any, ...], sensors: tuple[Any, ...]) -> None:

@@ -56,9 +56,9 @@ class FuzzyNoise:
         """Errors: ValueError where the rules were made for residuals of another sensor (sd in m)."""
         self.rules.check_units(sensor_sd)
 
-    def level(self, axes: int) -> tuple[list[float], bool]:
+    def level(self, axes: int) -> tuple[list[float], bool, bool]:
         """The motion model's known acceleration, if any."""
-        return self.motion.level(axes) if hasattr(self.motion, "level") else ([], False)
+        return self.motion.level(axes) if hasattr(self.motion, "level") else ([], False, False)
 
 
 def fuzzy_imm(

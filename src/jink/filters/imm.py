@@ -5,6 +5,7 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
+from ..models.coasting import Coasting
 from ..models.motion import NativeMotion, OwnMotion
 from ..models.outliers import Outliers
 from ..models.sensor import OwnSensor, Sensor
@@ -24,12 +25,13 @@ class IMM(Bank):
     :class:`jink.Sojourn` in continuous time; with ``transition_step`` (s) the matrix holds for that elapsed time. No
     time, no switching: two sensors at the same instant do not switch twice. mode_probability: initial, by default the
     stationary one. mixing: a component a mode has and its source lacks comes from the mode's own independent prior
-    ("prior"), or from the mode's own estimate ("unbiased"). The other arguments are those of :class:`jink.Kalman`.
+    ("prior"), or from the mode's own estimate ("unbiased"). coasting: a :class:`jink.Coasting`, what a target does
+    while nothing is measured. The other arguments are those of :class:`jink.Kalman`.
     Source: Blom & Bar-Shalom, IEEE Trans. AC-33(8), 1988; mixed dimensions: Granström, Willett & Bar-Shalom, Fusion
     2015.
     """
 
-    arguments = MODES
+    arguments = (*MODES, "coasting")
 
     def __init__(
         self,
@@ -44,10 +46,12 @@ class IMM(Bank):
         outliers: Outliers | None = None,
         initial: TwoPoint | OnePoint | Prior | None = None,
         coast: float | None = None,
+        coasting: Coasting | None = None,
     ) -> None:
         self._declare(motions, sensor, outliers, initial, coast)
         self.transition, self.transition_step = transition, transition_step
         self.mode_probability, self.mixing, self.linearisation = mode_probability, mixing, linearisation
+        self.coasting = coasting
         self._prepare(
             transition=transition,
             transition_step=transition_step,
@@ -55,6 +59,7 @@ class IMM(Bank):
             mixing=mixing,
             linearisation=linearisation,
             coast=coast,
+            coasting=coasting,
             parts=self._parts(),
         )
 

@@ -1,16 +1,109 @@
 """Many live targets at once."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import Array
 from ..estimate import Estimate
 from ..times import seconds
 from .rows import array_of, measurements, row_noise, sensor_index
 
 OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "nis", "nis_dof", "time", "status")
+
+
+class LiveEstimate(Protocol):
+    """One target's estimate, as one update of a live target gives it."""
+
+    @property
+    def time(self) -> float:
+        """Of the scan, s."""
+        ...
+
+    @property
+    def x(self) -> Array:
+        """Mean (n,)."""
+        ...
+
+    @property
+    def P(self) -> Array:
+        """Covariance (n, n)."""
+        ...
+
+    @property
+    def mode_probability(self) -> Array:
+        """Of each mode (M,)."""
+        ...
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of the scan's measurement."""
+        ...
+
+    @property
+    def nis(self) -> float:
+        """Of the scan's innovation, NaN where there is none."""
+        ...
+
+    @property
+    def nis_dof(self) -> float:
+        """How many components were measured."""
+        ...
+
+    @property
+    def status(self) -> str:
+        """One of :data:`jink.STATUS`."""
+        ...
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of x."""
+        ...
+
+    def __getitem__(self, component: str, /) -> float:
+        """One component's estimate, by name."""
+        ...
+
+    def sd(self, component: str) -> float:
+        """One component's standard deviation, by name."""
+        ...
+
+
+class LiveTarget(Protocol):
+    """One target, followed scan by scan."""
+
+    def update(
+        self,
+        t: Any,
+        z: ArrayLike | None,
+        sensor: int = 0,
+        covariance: ArrayLike | None = None,
+        input: ArrayLike | None = None,
+    ) -> LiveEstimate:
+        """One measurement at time t; a missing one is None, a missing component NaN or None."""
+        ...
+
+    def predict(self, t: Any) -> LiveEstimate:
+        """The estimate expected at time t; the live state is not touched."""
+        ...
+
+    def begin(self, x: ArrayLike, P: ArrayLike, time: float) -> None:
+        """Start from a given state at a time."""
+        ...
+
+    def reset(self) -> None:
+        """Forget the target; the next position starts a new one."""
+        ...
+
+    def save(self) -> bytes:
+        """The state as bytes, the same on every machine."""
+        ...
+
+    def restore(self, state: bytes) -> None:
+        """Take up a saved state."""
+        ...
 
 
 class LiveBatch:
@@ -28,7 +121,9 @@ class LiveBatch:
         sensors: int,
         axes: int,
         outputs: Sequence[str] | None,
+        again: tuple[Any, int, int, Sequence[str] | None],
     ) -> None:
+        self._again = again
         self._live, self.n, self._estimate = live, n, estimate
         self._columns, self._sensors, self._axes = columns, sensors, axes
         wanted = OUTPUTS if outputs is None else tuple(outputs)
@@ -87,6 +182,10 @@ class LiveBatch:
         """Go on from a saved state."""
         self._live.restore(state)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled as its filter and its state; the past that a lag looks back on is not part of it."""
+        return started_many, (*self._again, self.save(), self._last)
+
     def _times(self, t: ArrayLike) -> np.ndarray:
         times = np.ascontiguousarray(np.atleast_1d(np.asarray(seconds(t), dtype=float)))
         if times.shape not in ((1,), (self.n,)) or not np.isfinite(times).all():
@@ -102,3 +201,17 @@ class LiveBatch:
         slots = [*(results.get(name) for name in OUTPUTS[:-1]), status]
         self._live.update(times, rows, which, noise, known, slots, predict_only)
         return self._estimate({**results, "status": status})
+
+
+def started(filter: Any, lag: int, state: bytes) -> Any:
+    """One live target from a copy of its state."""
+    return filter.start(lag=lag, state=state)
+
+
+def started_many(
+    filter: Any, n: int, lag: int, outputs: Sequence[str] | None, state: bytes, last: np.ndarray
+) -> LiveBatch:
+    """Live targets from a copy of their state."""
+    live = filter.start(n, lag=lag, state=state, outputs=outputs)
+    live._last = last.copy()
+    return live

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..models.anfis import Anfis
+from ..models.coasting import Coasting
 from ..models.corrector import Corrector
 from ..models.fuzzy import FuzzyRules
 from ..models.motion import MOTIONS
@@ -22,7 +23,7 @@ from ..models.switching import Sojourn
 from .adaptive_imm import AccelerationLevel, AdaptiveIMM, AugmentedAcceleration, TwoStageAcceleration
 from .aided import Aided
 from .bank import Bank
-from .current_statistical import CurrentStatistical, FuzzyLimits
+from .current_statistical import CurrentStatistical, FuzzyLimits, LimitWidening
 from .fuzzy_imm import FuzzyNoise
 from .imm import IMM
 from .input_estimation import InputEstimation
@@ -54,6 +55,7 @@ FILTERS: dict[str, type[Bank]] = {c.__name__: c for c in (*SINGLE, *SEVERAL, Aid
 ADAPTIVE = (
     CurrentStatistical,
     FuzzyLimits,
+    LimitWidening,
     AccelerationLevel,
     AugmentedAcceleration,
     TwoStageAcceleration,
@@ -61,7 +63,7 @@ ADAPTIVE = (
     NetworkNoise,
 )
 LEARNED = (FuzzyRules, NoiseNetwork, ModeNetwork, Network, Anfis, Corrector, Trained)
-SETTINGS = (Outliers, TwoPoint, OnePoint, Prior, Sojourn)
+SETTINGS = (Coasting, Outliers, TwoPoint, OnePoint, Prior, Sojourn)
 KINDS: dict[str, type] = {**MOTIONS, **SENSORS, **{c.__name__: c for c in (*SETTINGS, *ADAPTIVE, *LEARNED)}}
 NAMED = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
 RUN = ("motions", "quiet", "manoeuvring", "sensor")  # models, which a filter checks itself

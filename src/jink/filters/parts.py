@@ -52,7 +52,7 @@ def native_mode(motion: Any, axes: int) -> native.Mode:
     if hasattr(motion, "adaptation"):
         mode.adaptation = motion.adaptation(axes)
     if hasattr(motion, "level"):
-        mode.level, mode.around_side = motion.level(axes)
+        mode.level, mode.around_side, mode.in_sd = motion.level(axes)
     return mode
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..checks import Array
 from ..estimate import Estimate
+from .memory import empty
 
 OUTPUTS = (
     "x",
@@ -52,7 +53,7 @@ def allocate(
     for name in wanted if out is not None else ():
         _check_old(name, old.get(name), shapes[name])
     results: dict[str, NDArray[Any]] = {
-        name: old[name] if name in old else _aligned(shapes[name]) for name in wanted if name != "status"
+        name: old[name] if name in old else empty(shapes[name]) for name in wanted if name != "status"
     }
     status = old.get("status", np.empty(rows, dtype=np.uint8)) if "status" in wanted else None
     slots: list[Array | None] = [results.get(name) for name in OUTPUTS[:-1]]
@@ -69,11 +70,3 @@ def _check_old(name: str, array: Any, shape: tuple[int, ...]) -> None:
     if array.dtype != kind or not array.flags.c_contiguous or not array.flags.writeable:
         how = ("" if array.flags.c_contiguous else ", strided") + ("" if array.flags.writeable else ", read-only")
         raise ValueError(f"out: expected {name} as a contiguous, writable array of {kind}, got {array.dtype}{how}")
-
-
-def _aligned(shape: tuple[int, ...]) -> Array:
-    """Empty memory on a cache line's boundary, where results can be written past the caches."""
-    size = int(np.prod(shape))
-    raw = np.empty(size + 8)
-    start = (-raw.ctypes.data // 8) % 8
-    return raw[start : start + size].reshape(shape)

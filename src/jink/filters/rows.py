@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..checks import Array
 from ..models.start import Prior
 from ..times import seconds
+
+
+class Added(NamedTuple):
+    """Rows that were put in: where they are, which lie before their track's first row, and whose they are."""
+
+    row: NDArray[np.int64]
+    early: NDArray[np.bool_]
+    offsets: NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -72,6 +80,58 @@ class Batch:
         """How many tracks there are."""
         return len(self.offsets) - 1
 
+    def part(self, first: int, end: int) -> Batch:
+        """The tracks from one to before another."""
+        rows = slice(int(self.offsets[first]), int(self.offsets[end]))
+        cut = {name: _cut(getattr(self, name), rows) for name in ("time", "z", "sensor", "noise", "input")}
+        x, P = self.prior
+        prior = (None, None) if x is None or P is None else (x[first:end], P[first:end])
+        return replace(self, **cut, offsets=self.offsets[first : end + 1] - rows.start, prior=prior)
+
+    def only(self, rows: NDArray[np.int64], offsets: NDArray[np.int64]) -> Batch:
+        """These rows, which belong to tracks as ``offsets`` say."""
+        cut = {name: _cut(getattr(self, name), rows) for name in ("time", "z", "sensor", "noise", "input")}
+        return replace(self, **cut, offsets=offsets)
+
+    def options(self, row: int) -> dict[str, Any]:
+        """What is told live of one row beside its time and measurement."""
+        found: dict[str, Any] = {} if self.sensor is None else {"sensor": int(self.sensor[row])}
+        if self.noise is not None:
+            found["covariance"] = self.noise[row]
+        return found if self.input is None else found | {"input": self.input[row]}
+
+    def with_times(self, times: list[Array]) -> tuple[Batch, Added]:
+        """The same with a row without a measurement at each of a track's own times, after the rows of that time.
+
+        A known input goes on until the next row, and ends with the last. Errors: ValueError for a track without rows.
+        """
+        old, new, ends, where, early = [], [], [0], [], []
+        for track, wanted in enumerate(times):
+            first, end = int(self.offsets[track]), int(self.offsets[track + 1])
+            if first == end and len(wanted):
+                raise ValueError(f"times: target {track} has no rows")
+            before = wanted < self.time[first] if len(wanted) else np.empty(0, dtype=bool)
+            inside = wanted[~before]
+            after = first + np.searchsorted(self.time[first:end], inside, "right")
+            every = np.r_[self.time[first:end], inside]
+            order = np.argsort(every, kind="stable")
+            place = np.full(len(wanted), ends[-1])
+            place[~before] = ends[-1] + np.argsort(order, kind="stable")[end - first :]
+            old.append(np.r_[np.arange(first, end), after][order])
+            new.append(np.where(order < end - first, np.nan, every[order]))
+            ends.append(ends[-1] + len(order))
+            where.append(place)
+            early.append(before)
+        row, at = np.concatenate([*old, np.empty(0)]).astype(np.int64), np.concatenate([*new, np.empty(0)])
+        last = np.repeat(self.offsets[1:] - 1, np.diff(ends))
+        wider = self.only(np.minimum(row, last), np.array(ends, dtype=np.int64))
+        put = np.isfinite(at)
+        wider.time[put], wider.z[put] = at[put], np.nan
+        if wider.input is not None:
+            wider.input[row > last] = 0.0
+        lengths = np.r_[0, np.cumsum([len(wanted) for wanted in times])].astype(np.int64)
+        return wider, Added(np.concatenate(where).astype(np.int64), np.concatenate(early), lengths)
+
     def until(self, lag: int | None, lag_seconds: float | None) -> NDArray[np.int64] | None:
         """Per row the last row of its track that its estimate uses; None: all.
 
@@ -100,6 +160,10 @@ class Batch:
         full = self.noise is not None and self.noise.ndim == 3
         columns = self.z.shape[1]
         return (self.time, self.z, columns, self.offsets, self.sensor, self.noise, full, self.input, *self.prior)
+
+
+def _cut(array: Array | None, rows: Any) -> Any:
+    return None if array is None else array[rows]
 
 
 def measurements(z: ArrayLike, columns: int) -> Array:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from .._engine import native
 from ..checks import Array, numbers, positive
+from ..models.coasting import Coasting
 from ..models.outliers import Outliers
 from ..models.start import OnePoint, Prior, TwoPoint
 from ..models.switching import stationary, transition_rule
@@ -27,6 +28,7 @@ def declared_rules(
     mixing: str,
     linearisation: str,
     coast: float | None,
+    coasting: Coasting | None,
 ) -> native.Declaration:
     """Chain, initial probabilities, linearisation, mixing, outliers, coasting, start. Errors name the argument."""
     chain = parts.chain if parts and parts.chain else modes
@@ -48,6 +50,10 @@ def declared_rules(
     if outliers is not None:
         declaration.outlier_share, declaration.restart_after = outliers.share, int(outliers.restart_after)
     declaration.coast = 0.0 if coast is None else positive("coast", coast)
+    if coasting is not None:
+        if not isinstance(coasting, Coasting):
+            raise TypeError(f"coasting: expected jink.Coasting, got {type(coasting).__name__}")
+        declaration.coasting = coasting.native()
     one_point = isinstance(initial, OnePoint)
     declaration.start = native.Start.one_point if one_point else native.Start.two_point
     declaration.velocity_variance = velocity_sd * velocity_sd

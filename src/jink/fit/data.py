@@ -122,10 +122,17 @@ def _simulated(scenario: Scenario, runs: int, first: int, seed: int, family: int
 
 
 def from_file(
-    path: str, kind: str, seed: int, columns: Mapping[str, str] | None, truth: Mapping[str, str] | None
+    path: str,
+    kind: str,
+    seed: int,
+    columns: Mapping[str, str] | None,
+    truth: Mapping[str, str] | None,
+    positions: bool = False,
 ) -> Training:
-    """The fitting half of a file's tracks, as ``jink compare`` splits them. Errors: InputError."""
-    recording = read(path, kind, seed, columns)
+    """The fitting half of a file's tracks, as ``jink compare`` splits them; positions: a radar's plots become
+    positions. Errors: InputError.
+    """
+    recording = read(path, kind, seed, columns, positions)
     tracks = recording.tracks
     if truth is not None:
         true = true_values(path, recording.row, truth)
@@ -141,7 +148,9 @@ def from_file(
     targets = len(set(tracks.owner[tracks.of_row[recording.fitting]]))
 
     def check(entrants: Sequence[Entrant]) -> Race:
-        found = race_on_file(path, list(ALSO), kind=kind, columns=columns, seed=seed, guests=entrants)
+        found = race_on_file(
+            path, list(ALSO), kind=kind, columns=columns, seed=seed, guests=entrants, positions=positions
+        )
         if tracks.truth is not None:
             score_truth(found, recording, tracks.truth, tracks.components)
         return found
@@ -226,19 +235,33 @@ def true_values(path: str, row: np.ndarray, truth: Mapping[str, str]) -> Array:
 
 def check_truth(truth: Array, components: Sequence[str], recording: Recording) -> None:
     """Errors: InputError where the truth lies nowhere near the measurements."""
-    if not recording.sensor.position_only:
+    sensor, z = recording.sensor, recording.tracks.z
+    try:
+        there = sensor.positions(z)
+    except ValueError:
         raise InputError(
-            "--truth: expected measured positions in metres to check the truth against; this file has none"
-        )
-    sd = np.sqrt(np.diag(recording.sensor.noise))
+            "--truth: expected measured positions to check the truth against; this file has none"
+        ) from None
+    sd = _position_sds(sensor, z, there)
     for k, name in enumerate(components):
         axis = "xyz".index(name[1])
-        if name[0] != "p" or axis >= recording.tracks.z.shape[1]:
+        if name[0] != "p" or axis >= there.shape[1]:
             continue
-        off = np.nanmedian(np.abs(truth[:, k] - recording.tracks.z[:, axis]))
+        off = np.nanmedian(np.abs(truth[:, k] - there[:, axis]))
         if not off <= MISPLACED * sd[axis]:
             raise InputError(
                 f"--truth: the median distance of {name} from the measured position is {off:.3g} m; "
                 f"the measurements' sd is {sd[axis]:.3g} m. "
                 "Check that the truth is of these targets and in the same coordinates"
             )
+
+
+def _position_sds(sensor: Any, z: Array, there: Array) -> Array:
+    """The usual sd (m) of a measured position along each axis; of a radar by its range and angles."""
+    own = np.sqrt(np.diag(sensor.noise))
+    if sensor.cartesian:
+        return own[: there.shape[1]]
+    sds = dict(zip(sensor.components, own, strict=True))
+    angle = float(np.hypot(sds["azimuth"], sds.get("elevation", 0.0)))
+    far = float(np.nanmedian(np.abs(z[:, sensor.components.index("range")])))
+    return np.full(there.shape[1], max(sds["range"], far * angle, sds.get("height", 0.0)))

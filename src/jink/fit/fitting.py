@@ -133,14 +133,15 @@ def training_data(
     kind: str,
     columns: Mapping[str, str] | None,
     truth: str | Mapping[str, str] | None,
+    positions: bool = False,
 ) -> Training:
-    """What was asked to be fitted on. Errors: InputError."""
+    """What was asked to be fitted on; positions: a radar's plots in a file become positions. Errors: InputError."""
     for name, number in (("runs", runs), ("check_runs", check_runs)):
         if isinstance(number, bool) or not isinstance(number, int) or number < 1:
             raise InputError(f"{name} is {number!r}; expected a whole number of at least 1")
     if isinstance(data, Path) or (isinstance(data, str) and Path(data).is_file()):
         wanted = parse_truth(truth, str(data)) if isinstance(truth, str) else truth
-        return from_file(str(data), kind, seed, columns, wanted)
+        return from_file(str(data), kind, seed, columns, wanted, positions)
     if isinstance(data, str):
         data = [name.strip() for name in data.split(",") if name.strip()]
     names = [data] if isinstance(data, Scenario) else list(data)

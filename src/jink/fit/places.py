@@ -64,8 +64,12 @@ def _motion(motion: dict[str, Any], path: Path, owner: str, residual: float) -> 
     if "motion" in motion and "network" not in motion:  # which takes the place of the model's own noise
         yield from _motion(motion["motion"], (*path, "motion"), owner, residual)
     yield from _numbers(motion, path, owner)
-    if "limits" in motion:
-        yield Limits((*path, "limits"), f"{owner}.limits")
+    for field in ("limits", "across"):
+        if field in motion:
+            yield Limits((*path, field), f"{owner}.{field}", "threshold_down" in motion[field])
+    if "widening" in motion:
+        yield Number(f"{owner}.widening.nis", ((*path, "widening", "nis"),), "beyond one")
+        yield Number(f"{owner}.widening.times", ((*path, "widening", "times"),), "log")
     if "rules" in motion:
         yield from _rules(motion["rules"], (*path, "rules"), owner, residual)
     if "network" in motion:
@@ -119,7 +123,7 @@ def _numbers(part: dict[str, Any], path: Path, owner: str) -> Iterator[Number]:
             continue
         for label, paths, number in groups:
             if number > 0 or (scale == "plain" and (number != 0 or field == "turn_rate")):
-                yield Number(label, paths, scale, PLAIN.get(field, 1.0))
+                yield Number(label, paths, scale, 1.0 if part.get("in_sd") else PLAIN.get(field, 1.0))
 
 
 def _axes(name: str, place: Path, values: Sequence[float]) -> list[tuple[str, tuple[Path, ...], float]]:

@@ -1,7 +1,7 @@
 """Scales on which every value of a number is allowed, and where in a filter's description the number stands.
 
-positive σ: u = ln σ;   of either sign: u = value / unit;   probability p: u = ln p/(1 − p);   rows that sum to one: uⱼ
-= ln pⱼ/p_ref
+positive σ: u = ln σ;   beyond one: u = ln (value − 1);   of either sign: u = value / unit;   probability p: u = ln
+p/(1 − p);   rows that sum to one: uⱼ = ln pⱼ/p_ref
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Number:
 
     name: str
     paths: tuple[Path, ...]
-    scale: str  # log, logit or plain
+    scale: str  # log, beyond one, logit or plain
     unit: float = 1.0  # of a plain one
     size: int = 1
 
@@ -49,12 +49,16 @@ class Number:
         value = float(at(body, self.paths[0]))
         if self.scale == "log":
             return [math.log(value)]
+        if self.scale == "beyond one":
+            return [math.log(value - 1.0)]
         return [logit(value)] if self.scale == "logit" else [value / self.unit]
 
     def write(self, body: Any, u: Array) -> None:
         value = float(u[0])
         if self.scale == "log":
             value = math.exp(value)
+        elif self.scale == "beyond one":
+            value = 1.0 + math.exp(value)
         elif self.scale == "logit":
             value = logistic(value)
         else:
@@ -102,33 +106,51 @@ class Row:
 class Limits:
     """Fuzzy limits, kept where they are valid: a_th above a_up, k₁ and k₂ below a_th ln(a_th/a_up)/(a_th − a_up).
 
-    u = ln(a_th/a_up − 1), and ln k/(bound − k) of each k. Source of the bound: :class:`jink.FuzzyLimits`.
+    u = ln(a_th/a_up − 1), and ln k/(bound − k) of each k, or ln k of a triangular membership, which has no bound. two:
+    a₋th is a number of its own. Source of the bound: :class:`jink.FuzzyLimits`.
     """
 
     path: Path
     owner: str
-    size: int = 3
+    two: bool = False
+
+    @property
+    def size(self) -> int:
+        return len(self._fields())
 
     @property
     def names(self) -> tuple[str, ...]:
-        return tuple(f"{self.owner}.{name}" for name in ("threshold", "up", "down"))
+        return tuple(f"{self.owner}.{name}" for name in self._fields())
+
+    def _fields(self) -> tuple[str, ...]:
+        return ("threshold", "up", "down", "threshold_down") if self.two else ("threshold", "up", "down")
 
     def read(self, body: Any) -> list[float]:
         limits = at(body, self.path)
-        threshold, bound = limits["threshold"], _bound(limits["threshold"], limits["operating"])
-        ks = (min(limits[name] / bound, 1.0 - 1e-9) for name in ("up", "down"))
-        return [math.log(threshold / limits["operating"] - 1.0), *(logit(k) for k in ks)]
+        u = []
+        for name in self._fields():
+            if name.startswith("threshold"):
+                u.append(math.log(limits[name] / _operating(limits, name) - 1.0))
+            elif limits.get("membership") == "triangular":
+                u.append(math.log(limits[name]))
+            else:
+                u.append(logit(min(limits[name] / _bound(limits, name), 1.0 - 1e-9)))
+        return u
 
     def write(self, body: Any, u: Array) -> None:
         limits = at(body, self.path)
-        limits["threshold"] = limits["operating"] * (1.0 + math.exp(float(u[0])))
-        bound = _bound(limits["threshold"], limits["operating"])
-        for name, value in zip(("up", "down"), u[1:], strict=True):
-            limits[name] = bound * logistic(float(value))
+        values = dict(zip(self._fields(), map(float, u), strict=True))
+        for name in (n for n in values if n.startswith("threshold")):
+            limits[name] = _operating(limits, name) * (1.0 + math.exp(values[name]))
+        for name in ("up", "down"):
+            if limits.get("membership") == "triangular":
+                limits[name] = math.exp(values[name])
+            else:
+                limits[name] = _bound(limits, name) * logistic(values[name])
 
     def values(self, body: Any) -> list[float]:
         limits = at(body, self.path)
-        return [float(limits[name]) for name in ("threshold", "up", "down")]
+        return [float(limits[name]) for name in self._fields()]
 
 
 @dataclass(frozen=True)
@@ -201,5 +223,12 @@ def logistic(u: float) -> float:
     return 1.0 / (1.0 + math.exp(-u))
 
 
-def _bound(threshold: float, operating: float) -> float:
-    return (1.0 - 1e-12) * threshold * math.log(threshold / operating) / (threshold - operating)
+def _operating(limits: dict[str, Any], threshold: str) -> float:
+    own = limits.get("operating_down") if threshold == "threshold_down" else None
+    return float(limits["operating"] if own is None else own)
+
+
+def _bound(limits: dict[str, Any], exponent: str) -> float:
+    side = "threshold_down" if exponent == "down" and limits.get("threshold_down") is not None else "threshold"
+    a_th, a_up = limits[side], _operating(limits, "threshold_down" if exponent == "down" else "threshold")
+    return (1.0 - 1e-12) * a_th * math.log(a_th / a_up) / (a_th - a_up)

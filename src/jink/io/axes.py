@@ -8,6 +8,7 @@ import numpy as np
 
 from .columns import normal
 from .evidence import FASTEST, SLOWEST, Motion
+from .rates import turn_rates
 from .sheet import Sheet
 from .units import ANGLE
 
@@ -24,6 +25,7 @@ def turn_axes(sheet: Sheet) -> None:
         z = sheet.roles.get("z")
         if z is not None and (z.unit is None or z.unit > 0) and "up" not in normal(z.name).split("_"):
             sheet.roles["z"] = replace(z, unit=-(z.unit or 1.0))
+        turn_rates(sheet)
         sheet.notes.append(f"axes are north, east, down: {x.name} points north, {y.name} east")
 
 

@@ -15,6 +15,7 @@ from .conventions import NONE, Conventions, Times, epoch_seconds, in_zone
 from .dates import Reading, readings, times_of_day
 from .errors import InputError
 from .evidence import Motion
+from .iso_times import uniform
 from .numeric_times import DAY, LATEST, WILD, numeric_times, size_of
 from .units import TIME
 
@@ -32,7 +33,7 @@ def read_times(
         series = series.cast(pl.String)
     if isinstance(series.dtype, pl.Datetime) or series.dtype == pl.Date:
         zone = getattr(series.dtype, "time_zone", None)
-        seconds = epoch_seconds(series.cast(pl.Datetime("us", zone)))
+        seconds = epoch_seconds(series)
         return Times(seconds if zone else in_zone(seconds, None, how), True, [])
     if series.dtype in (pl.Duration, pl.Time):
         seconds = series.cast(pl.Int64).cast(pl.Float64).fill_null(float("nan")).to_numpy() * _tick(series.dtype)
@@ -152,6 +153,9 @@ def _iso(text: pl.Series) -> tuple[pl.Series, np.ndarray]:
     """ISO 8601 with `T` or a blank, with a fraction or not, with Z, an offset or nothing (then UTC); and which have
     nothing.
     """
+    quickly = uniform(text)
+    if quickly is not None:
+        return quickly
     plain = text.str.replace(r"^(\d{4}-\d{2}-\d{2}) ", "${1}T").str.replace(r"(?i) ?(utc|z)$", "+00:00")
     plain = plain.str.replace(r"([+-]\d{2})(\d{2})$", "${1}:${2}").str.replace(r"(T.*[+-]\d{2})$", "${1}:00")
     has_zone = plain.str.contains(r"T.*[+-]\d{2}:\d{2}$")

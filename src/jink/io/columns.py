@@ -18,9 +18,9 @@ from .errors import InputError
 from .roles import CUSTOMARY_UNIT, MARKS, POSITIONS, ROLES
 
 USED = {  # roles that matter beside the position itself, by its kind
-    "geographic": {"altitude", "nacp", "nic", "gva"},
-    "cartesian": {"z"},
-    "polar": {"elevation", "altitude"},
+    "geographic": {"altitude", "nacp", "nic", "gva", "course", "velocity_x", "velocity_y", "vertical_rate"},
+    "cartesian": {"z", "course", "velocity_x", "velocity_y", "vertical_rate"},
+    "polar": {"elevation", "altitude", "range_rate"},
 }
 SEVERAL = ("target", "time", "altitude")  # roles for which other columns are kept in mind
 WORDS = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")

@@ -32,6 +32,7 @@ class Conventions:
 
 
 NONE = Conventions()
+YEARS = -6.21e10, 2.5e11  # s since 1970: the years 2 and 9892; what writes dates knows no others
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def in_zone(seconds: np.ndarray, naive: np.ndarray | None, how: Conventions) -> 
     """
     if how.time_zone is None:
         return seconds
-    wall = pl.Series(np.round(np.nan_to_num(seconds) * 1e6).astype("int64")).cast(pl.Datetime("us"))
+    wall = pl.Series(np.round(np.nan_to_num(in_calendar(seconds)) * 1e6).astype("int64")).cast(pl.Datetime("us"))
     try:
         local = wall.dt.replace_time_zone(how.time_zone, ambiguous="earliest", non_existent="null")
     except pl.exceptions.PolarsError:
@@ -62,7 +63,18 @@ def in_zone(seconds: np.ndarray, naive: np.ndarray | None, how: Conventions) -> 
     return there if naive is None else np.where(naive, there, seconds)
 
 
+def in_calendar(seconds: np.ndarray) -> np.ndarray:
+    """Seconds since 1970, NaN for instants that no calendar can write."""
+    with np.errstate(invalid="ignore"):
+        return np.where((seconds > YEARS[0]) & (seconds < YEARS[1]), seconds, np.nan)
+
+
 def epoch_seconds(series: pl.Series) -> np.ndarray:
-    """A column of date-times as seconds since 1970."""
-    micros = series.dt.timestamp("us")
-    return micros.cast(pl.Float64).fill_null(float("nan")).to_numpy() * 1e-6
+    """A column of dates or date-times as seconds since 1970, also of those that no calendar can write."""
+    if series.dtype == pl.Date:
+        days = series.cast(pl.Int32).cast(pl.Float64).fill_null(float("nan")).to_numpy()
+        return days * 86_400.0
+    unit = getattr(series.dtype, "time_unit", "us")
+    ticks = series.cast(pl.Int64) // 1000 if unit == "ns" else series.cast(pl.Int64)
+    micros = ticks.cast(pl.Float64).fill_null(float("nan")).to_numpy()
+    return micros * 1e-6 if unit != "ms" else micros * 1e3 * 1e-6

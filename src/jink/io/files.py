@@ -9,20 +9,23 @@ from __future__ import annotations
 
 import glob
 import io
-import zipfile
+import os
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import polars as pl
 
+from .archives import files_inside, members
 from .errors import InputError
 from .formats import csv as csv_text
 from .formats import json as json_text
 from .formats import nested
 from .formats.registry import FORMATS
 from .rejected import unreadable
+from .stages import stage
+from .unpacking import gunzip, most_unpacked, too_large, zstd_size
 
 HEAD = 1 << 16  # bytes that tell the format
 Rows = tuple[pl.DataFrame, pl.DataFrame]
@@ -30,7 +33,7 @@ Rows = tuple[pl.DataFrame, pl.DataFrame]
 UNREADABLE = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
 MAGIC = {b"PAR1": "parquet", b"ARROW1": "arrow", b"\xff\xff\xff\xff": "arrow stream"}
 FOREIGN = {
-    b"PK\x03\x04": "a ZIP archive (unpack it first; export an Excel sheet as CSV)",
+    b"PK\x03\x04": "a ZIP archive that cannot be read, or an Excel sheet (export that as CSV)",
     b"FEA1": "a Feather file of version 1 (write it again with version 2)",
     b"\x89HDF": "an HDF5 file (export it as Parquet or CSV)",
     b"BZh": "compressed with bzip2 (jink reads plain, .gz and .zst files)",
@@ -63,12 +66,16 @@ class Table:
 
 
 def expand(inputs: Sequence[str | Path]) -> list[Path]:
-    """Paths and glob patterns to files, in the order given, each once; InputError for what does not exist."""
+    """Paths, folders and glob patterns to files, in the order given, each once; InputError for what does not exist."""
     found: dict[Path, None] = {}
     for given in inputs:
         path = Path(given)
         if path.is_dir():
-            raise InputError(f"{given} is a directory; give its files, for example '{path / '*.parquet'}'")
+            inside = files_inside(path)
+            if not inside:
+                raise InputError(f"{given} is a directory without files")
+            found.update(dict.fromkeys(inside))
+            continue
         # pipes such as <(command) are read once, from beginning to end
         if path.is_file() or path.is_fifo():
             found[path] = None
@@ -83,9 +90,31 @@ def expand(inputs: Sequence[str | Path]) -> list[Path]:
     return list(found)
 
 
+def open_tables(path: Path) -> Iterator[Table]:
+    """The table of a file, or those of all files in a ZIP archive, called `archive.zip/file`. Errors: InputError."""
+    packed = members(path) if path.is_file() else []
+    if len(packed) < 2:
+        yield open_table(path)
+        return
+    for member in packed:
+        content = member.content()
+        file = f"{name_of(path)}/{member.name}"
+        if content.startswith(b"\x1f\x8b"):
+            content = _unpacked(file, content)
+        if content:
+            check_foreign(file, content[:16])
+        yield open_content(file, content)
+
+
+def name_of(path: Path) -> str:
+    """A file's name as text; bytes that are not UTF-8 are shown as `\\xff`."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
+
+
+@stage("read")
 def open_table(path: Path) -> Table:
     """Recognise a file's format by its first bytes and read its column names, or raise InputError."""
-    file = str(path)
+    file = name_of(path)
     if path.is_fifo():
         return _from_pipe(file, path)
     try:
@@ -96,67 +125,64 @@ def open_table(path: Path) -> Table:
     if not head:
         raise InputError(f"{file} is empty")
     if head.startswith((b"\x1f\x8b", b"\x28\xb5\x2f\xfd")):
-        return _from_bytes(file, _decompress(path, head))
-    if head.startswith(b"PK\x03\x04") and (packed := _only_member(path)) is not None:
-        return _from_bytes(file, packed)
+        return open_content(file, _decompress(path, head))
+    if head.startswith(b"PK\x03\x04") and len(packed := members(path)) == 1:
+        return open_content(file, packed[0].content())
+    check_foreign(file, head)
+    for magic, kind in MAGIC.items():
+        if head.startswith(magic):
+            # polars opens names that are UTF-8 alone
+            return _columnar(file, path if file == str(path) else io.BytesIO(path.read_bytes()), kind)
+    return open_content(file, path.read_bytes())
+
+
+def check_foreign(file: str, head: bytes) -> None:
+    """Errors: InputError for content that is known but not read."""
     for magic, what in FOREIGN.items():
         if head.startswith(magic):
             raise InputError(f"{file} is {what}")
     if head[8:12] == b".FIT":
         raise InputError(f"{file} is a FIT file of a sports watch (export it as GPX or TCX)")
-    for magic, kind in MAGIC.items():
-        if head.startswith(magic):
-            return _columnar(file, path, kind)
-    return _from_bytes(file, path.read_bytes())
 
 
 def _from_pipe(file: str, path: Path) -> Table:
-    content = path.read_bytes()
+    with path.open("rb") as handle:
+        content = handle.read(most_unpacked() + 1)
     if not content:
         raise InputError(f"{file} is empty")
+    if len(content) > most_unpacked():
+        raise too_large(file)
     if content.startswith(b"\x1f\x8b"):
-        try:
-            content = _gunzip(content)
-        except (EOFError, zlib.error) as error:
-            raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
-    return _from_bytes(file, content)
+        content = _unpacked(file, content)
+    check_foreign(file, content[:16])
+    return open_content(file, content)
+
+
+def _unpacked(file: str, content: bytes) -> bytes:
+    try:
+        return gunzip(file, content)
+    except (EOFError, zlib.error) as error:
+        raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
 
 
 def _decompress(path: Path, head: bytes) -> bytes:
     """The content of a .gz or .zst file; polars brings the zstd decoder."""
+    file = name_of(path)
     try:
+        packed = path.read_bytes()
         if head.startswith(b"\x1f\x8b"):
-            return _gunzip(path.read_bytes())
-        return "\n".join(pl.read_lines(path)["line"].to_list()).encode()
+            return gunzip(file, packed)
+        if zstd_size(packed) > most_unpacked():
+            raise too_large(file)
+        return "\n".join(pl.read_lines(io.BytesIO(packed))["line"].to_list()).encode()
+    except InputError:
+        raise
     except (OSError, EOFError, zlib.error, pl.exceptions.PolarsError) as error:
-        raise InputError(f"{path} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
+        raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
 
 
-def _only_member(path: Path) -> bytes | None:
-    """The content of an archive of one file (KMZ: its KML); None for other archives and spreadsheets."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = [item for item in archive.infolist() if not item.is_dir() and "__MACOSX" not in item.filename]
-            documents = [item for item in members if item.filename.lower().endswith(".kml")]
-            chosen = members if len(members) == 1 else documents
-            return archive.read(chosen[0]) if len(chosen) == 1 else None
-    except (OSError, RuntimeError, NotImplementedError, zipfile.BadZipFile, zlib.error):
-        return None
-
-
-def _gunzip(packed: bytes) -> bytes:
-    """All members of a gzip file, a third faster than the standard library's own way."""
-    pieces = []
-    while packed:
-        member = zlib.decompressobj(wbits=31)
-        pieces.append(member.decompress(packed))
-        if not member.eof:
-            raise EOFError("the compressed data ends too early")
-        packed = member.unused_data.lstrip(b"\x00")
-    return pieces[0] if len(pieces) == 1 else b"".join(pieces)
-
-
-def _from_bytes(file: str, content: bytes) -> Table:
+def open_content(file: str, content: bytes) -> Table:
+    """Recognise the format of a file's content. Errors: InputError."""
     for magic, kind in MAGIC.items():
         if content.startswith(magic):
             return _columnar(file, io.BytesIO(content), kind)
@@ -164,7 +190,7 @@ def _from_bytes(file: str, content: bytes) -> Table:
         content = content.decode("utf-16", errors="replace").encode()
     content = content.removeprefix(b"\xef\xbb\xbf")
     start = content[:4096].lstrip()[:1]
-    if not content.strip():
+    if not start and not content.strip():
         raise InputError(f"{file} is empty")
     head = content[:HEAD].lstrip()
     for known in FORMATS:

@@ -15,6 +15,7 @@ metres, not thousands of kilometres), so the way there and back is exact to roun
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -47,7 +48,7 @@ class DevelopedFrame:
     anchor_longitude: np.ndarray
     anchor_convergence: np.ndarray  # rad
 
-    def rows(self, which: slice) -> DevelopedFrame:
+    def rows(self, which: slice | np.ndarray) -> DevelopedFrame:
         """The frame of some rows."""
         return DevelopedFrame(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
@@ -138,14 +139,16 @@ def develop(latitude: np.ndarray, longitude: np.ndarray, first: np.ndarray) -> D
     return DevelopedFrame(np.where(unknown, np.nan, x), np.where(unknown, np.nan, y), *anchored)
 
 
-def onward(
-    latitude: float, longitude: float, convergence: float, next_latitude: float, next_longitude: float
-) -> tuple[float, float, float]:
-    """One leg of a track that grows: its components in the frame and the convergence at its end."""
-    ahead, back, length = _geod().inv(longitude, latitude, next_longitude, next_latitude)
-    course = np.radians(ahead) - convergence
+def legs(
+    start: Sequence[tuple[float, float]], end: Sequence[tuple[float, float]]
+) -> tuple[list[float], list[float], list[float]]:
+    """Geodesics between places (latitude, longitude): their directions from north at the start (rad), by how much
+    the meridian turns against them on the way (rad), and lengths (m).
+    """
+    one, other = np.array(start), np.array(end)
+    ahead, back, length = _geod().inv(one[:, 1], one[:, 0], other[:, 1], other[:, 0])
     turned = np.radians(_wrapped(back + 180.0 - ahead))
-    return length * float(np.sin(course)), length * float(np.cos(course)), convergence + float(turned)
+    return np.radians(ahead).tolist(), turned.tolist(), np.asarray(length).tolist()
 
 
 def _excursions(latitude: np.ndarray, longitude: np.ndarray, start: np.ndarray) -> np.ndarray:

@@ -11,16 +11,18 @@ import polars as pl
 from .columns import Columns, recognise
 from .conventions import Conventions
 from .errors import InputError
-from .files import Rows, Table, expand, open_table
+from .files import Rows, Table, expand, name_of, open_tables
+from .kept import alike, check_kept, kept
 from .layouts import Layout, layout_of
 from .meaning import doubtful
 from .measurements import Measurements, measure
+from .stages import stage
 
 
 @dataclass(frozen=True)
 class Reading:
     """How columns are to be read: role to name, units where names do not say, coordinates checked or not, and the
-    conventions of times and axes.
+    conventions of times and axes; keep: columns that go through to the output (None: those that say who a target is).
     """
 
     columns: Mapping[str, str] | None = None
@@ -28,6 +30,7 @@ class Reading:
     time_unit: str | None = None
     check_coordinates: bool = True
     conventions: Conventions = field(default_factory=Conventions)
+    keep: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         from .units import TIME
@@ -47,41 +50,94 @@ class Loaded:
     count: int
 
 
+@dataclass(frozen=True)
+class Opened:
+    """A file whose columns are recognised, and how its rows become measurements."""
+
+    file: str
+    columns: Columns
+    conventions: Conventions
+    notes: tuple[str, ...]
+    default_target: str
+    how: Reading
+    carried: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, table: Table, path: Path, how: Reading) -> Opened:
+        """By the names of its columns. Errors: InputError."""
+        columns, conventions, notes = recognised(table.file, table.names, how, table.fixed)
+        default = name_of(Path(path.name)).split(".")[0] or "0"
+        carried = tuple(kept(table.names, columns, how.keep))
+        return cls(table.file, columns, conventions, (*table.notes, *notes), default, how, carried)
+
+    def measured(self, frame: pl.DataFrame, *, some: bool = False) -> Measurements:
+        """Measurements of its rows; some: there are more rows. Errors: InputError."""
+        part = measure(
+            self.file,
+            frame,
+            self.columns,
+            altitude_unit=self.how.altitude_unit,
+            time_unit=self.how.time_unit,
+            default_target=self.default_target,
+            check_coordinates=self.how.check_coordinates,
+            conventions=self.conventions,
+            some=some,
+            carried=[name for name in self.carried if name in frame.columns],
+        )
+        part.notes[:0] = self.notes
+        return part
+
+
 def load_files(
     inputs: Sequence[str | Path], how: Reading, progress: Callable[[int, int], None] | None = None
 ) -> Loaded:
     """Read every file or glob pattern; all have to hold the same kind of position and of time."""
     paths = expand(inputs)
+    folders = {path for given in map(Path, inputs) if given.is_dir() for path in expand([given])}
     parts: list[Measurements] = []
+    left_out: list[str] = []
+    names: list[str] = []
+    files: list[str] = []
     count = 0
     for number, path in enumerate(paths):
-        table = open_table(path)
-        columns, conventions, notes = recognised(table.file, table.names, how, table.fixed)
-        frame, unreadable = _read(table, columns)
-        total = frame.height + unreadable.height
-        if total == 0:
-            raise InputError(f"{table.file} has columns but no rows")
-        if frame.height == 0:
-            raise InputError(
-                f"{table.file}: none of its {total} rows can be read; the first row: {unreadable['reason'][0]}"
-            )
-        part = measure(
-            table.file,
-            frame,
-            columns,
-            altitude_unit=how.altitude_unit,
-            time_unit=how.time_unit,
-            default_target=path.name.split(".")[0] or "0",
-            check_coordinates=how.check_coordinates,
-            conventions=conventions,
-        )
-        part.notes[:0] = [*table.notes, *notes]
-        part.rejected.append(unreadable.with_columns(file=pl.lit(table.file)))
-        parts.append(part)
-        count += total
+        try:
+            for table in open_tables(path):
+                names += table.names
+                part, total = _load(table, how)
+                parts.append(part)
+                files.append(table.file)
+                count += total
+        except InputError as error:
+            # a folder also holds notes and pictures
+            if path not in folders or path in map(Path, inputs):
+                raise
+            left_out.append(str(error).splitlines()[0])
         if progress:
             progress(number + 1, len(paths))
-    return Loaded(_together(parts, [str(p) for p in paths]), [str(p) for p in paths], count)
+    if not parts:
+        raise InputError("no file of the folder can be read:\n" + "\n".join(f"  {reason}" for reason in left_out))
+    check_kept(how.keep, names)
+    whole = together(parts, files)
+    whole.notes += [f"left out: {reason}" for reason in left_out[:5]]
+    if len(left_out) > 5:
+        whole.notes.append(f"left out: {len(left_out) - 5} more files")
+    return Loaded(whole, files, count)
+
+
+def _load(table: Table, how: Reading) -> tuple[Measurements, int]:
+    """Measurements of one table, and the number of its rows. Errors: InputError."""
+    opened = Opened.of(table, Path(table.file), how)
+    frame, unreadable = _read(table, opened.columns, opened.carried)
+    total = frame.height + unreadable.height
+    if total == 0:
+        raise InputError(f"{table.file} has columns but no rows")
+    if frame.height == 0:
+        raise InputError(
+            f"{table.file}: none of its {total} rows can be read; the first row: {unreadable['reason'][0]}"
+        )
+    part = opened.measured(frame)
+    part.rejected.append(unreadable.with_columns(file=pl.lit(table.file)))
+    return part, total
 
 
 def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
@@ -89,7 +145,9 @@ def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
     columns, conventions, notes = recognised("the DataFrame", frame.columns, how)
     if frame.height == 0:
         raise InputError("the DataFrame has columns but no rows")
-    wanted = _wanted("the DataFrame", columns)
+    check_kept(how.keep, frame.columns)
+    carried = kept(frame.columns, columns, how.keep)
+    wanted = list(dict.fromkeys([*wanted_names("the DataFrame", columns), *carried]))
     wanted += doubtful(frame.select(wanted), columns)
     measurements = measure(
         None,
@@ -99,6 +157,7 @@ def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
         time_unit=how.time_unit,
         check_coordinates=how.check_coordinates,
         conventions=conventions,
+        carried=carried,
     )
     measurements.notes[:0] = notes
     return Loaded(measurements, [], frame.height)
@@ -122,15 +181,16 @@ def _filled(conventions: Conventions, layout: Layout) -> Conventions:
     return replace(conventions, **own)
 
 
-def _read(table: Table, columns: Columns) -> Rows:
-    """The columns that are needed, and, where their values raise doubt, others that may be meant."""
-    wanted = _wanted(table.file, columns)
+@stage("read")
+def _read(table: Table, columns: Columns, carried: Sequence[str]) -> Rows:
+    """The columns that are needed or kept, and, where their values raise doubt, others that may be meant."""
+    wanted = list(dict.fromkeys([*wanted_names(table.file, columns), *carried]))
     frame, unreadable = table.read(wanted)
     more = doubtful(frame, columns)
     return table.read([*wanted, *more]) if more else (frame, unreadable)
 
 
-def _wanted(where: str, columns: Columns) -> list[str]:
+def wanted_names(where: str, columns: Columns) -> list[str]:
     """Names of the columns to read; `row` is taken for the row's number."""
     names = sorted({column.name for column in columns.roles.values()})
     if "row" in names:
@@ -138,7 +198,7 @@ def _wanted(where: str, columns: Columns) -> list[str]:
     return names
 
 
-def _together(parts: list[Measurements], files: list[str]) -> Measurements:
+def together(parts: list[Measurements], files: list[str]) -> Measurements:
     first = parts[0]
     for part, file in zip(parts, files, strict=True):
         if part.position != first.position:
@@ -150,11 +210,12 @@ def _together(parts: list[Measurements], files: list[str]) -> Measurements:
             absolute, plain = (file, files[0]) if part.absolute else (files[0], file)
             raise InputError(f"{absolute} has dates and {plain} has plain seconds; their times cannot be compared")
     return Measurements(
-        pl.concat([part.rows for part in parts], how="diagonal", rechunk=True),
+        pl.concat(alike([part.rows for part in parts]), how="diagonal", rechunk=True),
         [frame for part in parts for frame in part.rejected],
         first.position,
         first.absolute,
         first.named,
         list(dict.fromkeys(note for part in parts for note in part.notes)),
         list(dict.fromkeys(name for part in parts for name in part.unused)),
+        list(dict.fromkeys(note for part in parts for note in part.rate_notes)),
     )

@@ -12,18 +12,22 @@ What a name does not say is decided for the whole table, said in a note, and can
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import polars as pl
 
 from .clock_faults import mend
 from .columns import Columns, normal
-from .conventions import NONE, Conventions
+from .conventions import NONE, Conventions, in_calendar
 from .errors import InputError
+from .kept import marked
 from .meaning import understand
 from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
+from .rates import rates
 from .sheet import Problem, Sheet
+from .stages import stage
 from .values import numbers, texts
 
 FOOT = 0.3048
@@ -41,8 +45,10 @@ class Measurements:
     """Measurements in SI units, one row per readable input row, and what was noticed on the way.
 
     `rows` has file, row, target, source, time (seconds, since 1970 when `absolute`), the position's
-    components (NaN: missing), speed, position_sd and altitude_sd (as each row states; NaN: not stated), dilution
-    (how much rougher a row is than the middle one) and grounded (the altitude was filled in on the ground).
+    components (NaN: missing), speed and the other rates that the table has (`rates.py`), position_sd and altitude_sd
+    (as each row states; NaN: not stated), dilution (how much rougher a row is than the middle one) and grounded (the
+    altitude was filled in on the ground); on_ground where a column says so. `rate_notes` are of interest where the
+    rates are used.
     """
 
     rows: pl.DataFrame
@@ -52,8 +58,10 @@ class Measurements:
     named: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     unused: list[str] = field(default_factory=list)
+    rate_notes: list[str] = field(default_factory=list)
 
 
+@stage("recognise")
 def measure(
     file: str | None,
     frame: pl.DataFrame,
@@ -65,15 +73,20 @@ def measure(
     check_coordinates: bool = True,
     conventions: Conventions = NONE,
     stream: bool = False,
+    carried: Sequence[str] = (),
+    some: bool = False,
 ) -> Measurements:
     """Convert the recognised columns of `frame`, which has `row` too; InputError if no time is readable.
 
-    stream: the rows are a few of many, so that their values do not decide what columns mean.
+    stream: the rows are a few of many, so that their values do not decide what columns mean. carried: columns that go
+    through to the output. some: there are more rows, whose times may be readable.
     """
     where = file or "the table"
     clock = frame[columns.roles["time"].name]
     sheet, times = understand(where, frame, columns, conventions, time_unit, stream)
-    if frame.height and np.isnan(times.seconds).all():
+    if times.absolute:
+        times = replace(times, seconds=in_calendar(times.seconds))
+    if frame.height and not some and np.isnan(times.seconds).all():
         raise InputError(
             f"{where}: no time could be read in column {clock.name!r} (first value: {_first(clock)!r}); "
             "expected ISO 8601 date-times or numbers (seconds, or ms, us, ns since 1970); --time-format says how"
@@ -89,12 +102,15 @@ def measure(
     if times.absolute and not stream:
         seconds, notes = mend(seconds, sheet.codes(), first, second, sheet.position)
         noticed += notes
+    ground = grounded(sheet)
     ground_sd = np.full(frame.height, np.nan) if stream else _on_the_ground(sheet, values, seconds)
     if check_coordinates:
         problems += refused(sheet)
     problems += unreadable
     problems += [(reason, bad, None) for reason, bad in _invalid(sheet.position, values, check_coordinates)]
     position_sd, altitude_sd = accuracies(sheet)
+    speed = speeds(sheet)
+    moving, rate_notes = rates(sheet, speed)
     rows = pl.DataFrame(
         {"file": pl.repeat(file, frame.height, dtype=pl.String, eager=True), "row": frame["row"]}
     ).with_columns(
@@ -102,17 +118,21 @@ def measure(
         _source(sheet, file),
         pl.Series("time", seconds),
         *[pl.Series(name, value) for name, value in values.items()],
-        pl.Series("speed", speeds(sheet)),
+        pl.Series("speed", speed),
+        *[pl.Series(name, value) for name, value in moving.items()],
         position_sd,
+        *marked(frame, carried),
         pl.Series("dilution", dilution(sheet)),
         pl.Series("grounded", np.isfinite(ground_sd)),
+        *([pl.Series("on_ground", ground)] if ground.any() else []),
         pl.Series("altitude_sd", np.where(np.isnan(ground_sd), altitude_sd.to_numpy(), ground_sd)),
     )
     rejected, good = _reject(rows, problems)
     kept = rows.filter(pl.Series(good))
     named = {role: column.shown or column.name for role, column in sheet.roles.items()}
     notes = noticed + target_note + sheet.notes
-    return Measurements(kept, rejected, sheet.position, times.absolute, named, notes, _unused(sheet, named))
+    unused = [name for name in _unused(sheet, named) if name not in carried]
+    return Measurements(kept, rejected, sheet.position, times.absolute, named, notes, unused, rate_notes)
 
 
 def _unused(sheet: Sheet, named: dict[str, str]) -> list[str]:
@@ -167,14 +187,18 @@ def _targets(sheet: Sheet, default: str) -> tuple[pl.Series, list[str]]:
             "--columns target=... names one"
         )
         return pl.repeat(default, sheet.frame.height, dtype=pl.String, eager=True).alias("target"), [note]
-    series = sheet.series("target")
+    return target_names(sheet.series("target")).alias("target"), []
+
+
+def target_names(series: pl.Series) -> pl.Series:
+    """Identifiers as text, null where there is none; whole numbers without a point."""
     if series.dtype.is_float():
         whole = series.is_finite() & (series == series.round())
         series = series.fill_nan(None)
         if whole.filter(series.is_not_null()).all():
             series = series.cast(pl.Int64, strict=False)
     text = texts(series).str.strip_chars()
-    return text.set(text == "", None).alias("target"), []
+    return text.set(text == "", None)
 
 
 def _source(sheet: Sheet, file: str | None) -> pl.Series:

@@ -1,14 +1,14 @@
 """Names of columns in the ADS-B, AIS, radar and GPS world, and what they are taken for.
 
 `ROLES` holds what is measured, `MARKS` what is said about it (which half of the globe, how old, how accurate,
-whether it is to be believed). The preferred name of a role comes first.
+whether it is to be believed), `RATES` velocities. The preferred name of a role comes first.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from .units import ANGLE, DEGREE, FOOT, KNOT, LENGTH, SPEED, TIME
+from .units import ANGLE, DEGREE, FOOT, FOOT_PER_MINUTE, KNOT, LENGTH, SPEED, TIME
 
 Named = dict[str, tuple[Mapping[str, float], tuple[str, ...]]]
 
@@ -71,6 +71,42 @@ ROLES: Named = {
     "azimuth": (ANGLE, ("azimuth", "az", "theta", "bearing")),
     "elevation": (ANGLE, ("elevation", "el", "elev", "elevation_angle")),
     "speed": (SPEED, ("speed", "groundspeed", "ground_speed", "gs", "sog", "speed_over_ground", "velocity")),
+    "course": (
+        ANGLE,
+        (
+            *("course", "track", "cog", "course_over_ground", "true_track", "track_angle", "direction", "trak"),
+            *("heading", "bearing"),
+        ),
+    ),
+    "velocity_x": (
+        SPEED,
+        (
+            *("velocity_x", "vx", "vel_x", "v_x", "velocity_east", "vel_east", "vel_e", "v_east", "ve"),
+            *("east_velocity", "eastward_velocity", "speed_east"),
+        ),
+    ),
+    "velocity_y": (
+        SPEED,
+        (
+            *("velocity_y", "vy", "vel_y", "v_y", "velocity_north", "vel_north", "vel_n", "v_north", "vn"),
+            *("north_velocity", "northward_velocity", "speed_north"),
+        ),
+    ),
+    "vertical_rate": (
+        SPEED,
+        (
+            *("vertical_rate", "vertrate", "vert_rate", "geom_rate", "baro_rate", "climb_rate", "rate_of_climb"),
+            *("vertical_speed", "vert_speed", "vspeed", "velocity_z", "vz", "vel_z", "v_z", "velocity_up", "vel_up"),
+            *("vel_d", "velocity_down", "vel_down", "v_down", "vd", "vsi"),
+        ),
+    ),
+    "range_rate": (
+        SPEED,
+        (
+            *("range_rate", "rangerate", "radial_velocity", "radial_speed", "doppler_velocity", "doppler", "rdot"),
+            *("r_dot", "vr"),
+        ),
+    ),
     "nacp": ({}, ("nacp", "nac_p", "nac")),
     "nic": ({}, ("nic",)),
     "gva": ({}, ("gva",)),
@@ -157,6 +193,8 @@ MARKS = {
     *("place", "date", "week", "north_south", "east_west", "position_time", "age"),
     *("accuracy", "vertical_accuracy", "variance", "hdop", "on_ground", "valid", "outlier"),
 }
+# what is said about motion: it is used if it helps to predict the positions (tracking/velocity.py)
+RATES = ("speed", "course", "velocity_x", "velocity_y", "vertical_rate", "range_rate")
 
 CUSTOMARY_UNIT = {
     "alt_baro": FOOT,
@@ -177,5 +215,20 @@ CUSTOMARY_UNIT = {
     "gms": 1e-3,
     "itow": 1e-3,
     "down": -1.0,
+    "track": DEGREE,
+    "cog": DEGREE,
+    "course_over_ground": DEGREE,
+    "true_track": DEGREE,
+    "track_angle": DEGREE,
+    "trak": DEGREE,
+    "direction": DEGREE,
+    "heading": DEGREE,
+    "geom_rate": FOOT_PER_MINUTE,
+    "baro_rate": FOOT_PER_MINUTE,
+    "vel_d": -1.0,
+    "velocity_down": -1.0,
+    "vel_down": -1.0,
+    "v_down": -1.0,
+    "vd": -1.0,
 }
 POSITIONS = {"geographic": ("latitude", "longitude"), "cartesian": ("x", "y"), "polar": ("range", "azimuth")}

@@ -31,6 +31,7 @@ class Sheet:
     names: tuple[str, ...] = ()
     notes: list[str] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
+    _codes: tuple[str, np.ndarray] | None = None  # of the column of that name
 
     @classmethod
     def of(cls, where: str, frame: pl.DataFrame, columns: Columns, how: Conventions) -> Sheet:
@@ -62,6 +63,7 @@ class Sheet:
         name = f"\x00{role}"
         self.frame = self.frame.with_columns(pl.Series(name, values))
         self.roles[role] = Column(name, unit, shown)
+        self._codes = None
 
     def drop(self, *roles: str) -> None:
         """Roles that turned out to mean nothing here."""
@@ -72,8 +74,11 @@ class Sheet:
         """A number per target, (N,); without a target column all rows are one."""
         if "target" not in self.roles:
             return np.zeros(self.frame.height, int)
-        text = texts(self.series("target")).fill_null("")
-        return text.rank("dense").cast(pl.Int64).to_numpy()
+        name = self.roles["target"].name
+        if self._codes is None or self._codes[0] != name or len(self._codes[1]) != self.frame.height:
+            text = texts(self.series("target")).fill_null("")
+            self._codes = name, text.rank("dense").cast(pl.Int64).to_numpy()
+        return self._codes[1]
 
     def motion(self, first: np.ndarray, second: np.ndarray, position: str | None = None) -> Motion:
         """Evidence from positions in SI units (geographic: degrees)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 FOOT, MILE, KNOT, DEGREE = 0.3048, 1852.0, 1852.0 / 3600.0, 0.017453292519943295
+FOOT_PER_MINUTE = FOOT / 60.0
 LENGTH = {
     "m": 1.0,
     "metre": 1.0,
@@ -63,6 +64,12 @@ SPEED = {
     "mph": 0.44704,
     "cm_s": 1e-2,
     "mm_s": 1e-3,
+    "ft_min": FOOT_PER_MINUTE,
+    "ftmin": FOOT_PER_MINUTE,
+    "ft_per_min": FOOT_PER_MINUTE,
+    "feet_per_minute": FOOT_PER_MINUTE,
+    "fpm": FOOT_PER_MINUTE,
+    "ft_s": FOOT,
 }
 TIME = {
     "s": 1.0,

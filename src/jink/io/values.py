@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+from .conventions import YEARS
+
 EMPTY = ["", "na", "n/a", "nan", "null", "none", "-", "ground"]
 THOUSANDS = r"^[+-]?\d{1,3}(?:,\d{3})+(?:\.\d+)?$"
 # a number and a unit in one field: 513.863 M
@@ -48,8 +50,18 @@ def _written_otherwise(text: pl.Series, value: pl.Series, bad: pl.Series, thousa
 
 
 def texts(series: pl.Series) -> pl.Series:
-    """Any column as text; missing stays missing."""
+    """Any column as text; missing stays missing. Of dates that no calendar can write, the number."""
+    if isinstance(series.dtype, pl.Datetime) and not _in_calendar(series):
+        return series.cast(pl.Int64).cast(pl.String)
     try:
         return series.cast(pl.String)
     except pl.exceptions.PolarsError:
         return pl.Series(series.name, [None if value is None else str(value) for value in series], dtype=pl.String)
+
+
+def _in_calendar(series: pl.Series) -> bool:
+    """Whether all dates can be written: polars panics at one that cannot."""
+    a_second = {"ms": 10**3, "us": 10**6, "ns": 10**9}[getattr(series.dtype, "time_unit", None) or "us"]
+    ticks = series.cast(pl.Int64) // a_second
+    first, last = map(int, YEARS)
+    return bool(ticks.is_between(first, last).all())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import json
 import os
 import tempfile
@@ -10,12 +9,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import polars as pl
 
 from .errors import InputError
 from .map_writing import write_gpx, write_kml
+from .packing import compress as compress
+from .stages import stage
 
 FORMATS = {
     ".parquet": "parquet",
@@ -108,15 +109,12 @@ def _to_disk(path: Path) -> None:
         os.close(handle)
 
 
+@stage("write")
 def write_tracks(tracks: pl.DataFrame, path: Path | IO[bytes], kind: str) -> None:
     """Write to `path` (any name, or an open stream) in the format `kind`; nulls are empty in CSV and null in JSON."""
-    if kind == "parquet":
-        tracks.write_parquet(path, compression="zstd", compression_level=1)
-        return
-    if kind == "arrow":
-        tracks.write_ipc(path)
-        return
-    writers: dict[str, Callable[[pl.DataFrame, IO[bytes]], None]] = {
+    writers: dict[str, Callable[[pl.DataFrame, IO[bytes]], Any]] = {
+        "parquet": write_parquet,
+        "arrow": pl.DataFrame.write_ipc,
         "csv": _write_csv,
         "jsonl": _write_json_lines,
         "geojson": _write_geojson,
@@ -130,10 +128,9 @@ def write_tracks(tracks: pl.DataFrame, path: Path | IO[bytes], kind: str) -> Non
         writers[kind](tracks, handle)
 
 
-def compress(path: Path) -> None:
-    """Replace a file's content by its gzip form."""
-    content = path.read_bytes()
-    path.write_bytes(gzip.compress(content, 6, mtime=0))
+def write_parquet(frame: pl.DataFrame, handle: IO[bytes]) -> None:
+    """Parquet, quickly compressed; into an open file, since polars takes no name that is not UTF-8."""
+    frame.write_parquet(handle, compression="zstd", compression_level=1)
 
 
 def _write_csv(tracks: pl.DataFrame, handle: IO[bytes]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from ..catalogue.tuning import best_noise
 from ..checks import Array
 from ..estimate import Status
 from ..filters.kalman import Kalman
-from ..models.corrector import CORRECTS, Corrector
+from ..models.corrector import CORRECTS, INPUTS, MOST_SUMS, Corrector, history_of
 from ..models.motion import ConstantAcceleration
 from ..models.sensor import Position
 from .anfis import fit_anfis
@@ -25,8 +25,9 @@ class Seen:
     """What a filter saw and said at every scan, (B, S, axes) each.
 
     innovation ν = z − x̂(t|t−1) (m) and its variance S; residual z − x̂(t|t); step x̂(t|t−1) − x̂(t|t); the estimate,
-    and the variance of the prediction, by quantity (position, velocity, acceleration); updated where a measurement was
-    used; began where the track started, or started again.
+    and the variance of the prediction, by quantity (position, velocity, acceleration); P of the estimate along each
+    axis, (B, S, axes, quantities, quantities) in that order; updated where a measurement was used; began where the
+    track started, or started again.
     """
 
     innovation: Array
@@ -35,6 +36,7 @@ class Seen:
     step: Array
     estimate: dict[str, Array]
     variance: dict[str, Array]
+    P: Array
     updated: np.ndarray
     began: np.ndarray
 
@@ -54,18 +56,21 @@ def watch(filter: Any, runs: Runs) -> Seen:
         outputs=("x", "P", "status"),
     )
     x = estimate.x.reshape(B, S, 2, -1)
-    P = np.einsum("nii->ni", estimate.P).reshape(B, S, 2, -1)
+    P = estimate.P.reshape(B, S, 2, *estimate.P.shape[1:])
     status = estimate.status.reshape(B, S, 2)[:, :, 1, None]
     updated = (status == Status.updated) & np.isfinite(runs.z)
     places = _places(estimate.components, axes)
     p = places["position"]
+    variance = np.einsum("...ii->...i", P[:, :, 0])
+    along = np.array([*places.values()]).T
     return Seen(
         innovation=runs.z - x[:, :, 0, p],
-        S=P[:, :, 0, p] + runs.sd**2,
+        S=variance[..., p] + runs.sd**2,
         residual=runs.z - x[:, :, 1, p],
         step=x[:, :, 0, p] - x[:, :, 1, p],
         estimate={name: x[:, :, 1, where] for name, where in places.items()},
-        variance={name: P[:, :, 0, where] for name, where in places.items()},
+        variance={name: variance[..., where] for name, where in places.items()},
+        P=np.stack([P[:, :, 1][..., which[:, None], which] for which in along], axis=2),
         updated=updated,
         began=np.isin(status, (Status.initialised, Status.restarted)) & np.ones(runs.z.shape, dtype=bool),
     )
@@ -87,12 +92,16 @@ def inputs_of(kind: str, count: int, seen: Seen) -> Array:
         return np.where(seen.updated[..., None], np.stack([seen.residual, seen.step], axis=-1), 0.0)
     with np.errstate(invalid="ignore"):
         normal = np.where(seen.updated, seen.innovation / np.sqrt(seen.S), 0.0)
-    out = np.zeros((*normal.shape, count))
-    past = np.zeros((len(normal), normal.shape[2], count))
+    length = history_of(kind, count)
+    out = np.zeros((*normal.shape, length))
+    past = np.zeros((len(normal), normal.shape[2], length))
     for k in range(normal.shape[1]):
         newer = np.concatenate([normal[:, k, :, None], past[..., :-1]], axis=-1)
         past = np.where(seen.updated[:, k, :, None], newer, np.where(seen.began[:, k, :, None], 0.0, past))
         out[:, k] = past
+    if kind == "sums":
+        lengths = 2 ** np.arange(count)
+        return np.cumsum(out, axis=-1)[..., lengths - 1] / np.sqrt(lengths)
     return out
 
 
@@ -129,9 +138,13 @@ def fit_corrector(
 
     model "anfis" (settings of :func:`jink.learn.anfis.fit_anfis`), "network" (those of
     :func:`jink.learn.mlp.fit_network`) or "linear", the weighted sum of the inputs and a constant that both have to
-    beat; inputs and corrects as in :class:`jink.Corrector`; count, how many innovations. Errors: ValueError naming what
-    does not fit.
+    beat; inputs and corrects as in :class:`jink.Corrector`; count, how many innovations or sums.
+    Errors: ValueError naming what does not fit.
     """
+    if inputs not in INPUTS:
+        raise ValueError(f"inputs: expected one of {', '.join(INPUTS)}, got {inputs!r}")
+    if inputs == "sums" and not 1 <= count <= MOST_SUMS:
+        raise ValueError(f"count: expected 1 to {MOST_SUMS} sums, got {count}")
     if inputs == "titi-guney" and count != 2:
         raise ValueError(f"count: expected 2 inputs for titi-guney, got {count}")
     pairs = [_pairs(watch(filter, runs), runs, inputs, count, corrects) for runs in (training, validation)]
@@ -148,7 +161,7 @@ def fit_corrector(
     else:
         raise ValueError(f"model: expected anfis, network or linear, got {model!r}")
     low, high = u.min(axis=0), u.max(axis=0)
-    return Corrector(
+    found = Corrector(
         model=fitted,
         inputs=inputs,
         low=low.tolist(),
@@ -158,6 +171,31 @@ def fit_corrector(
         output_scale=output_scale.tolist(),
         corrects=tuple(corrects),
     )
+    return replace(found, sd_factors=sd_factors(filter, validation, found))
+
+
+def sd_factors(filter: Any, runs: Runs, corrector: Corrector) -> tuple[float, ...]:
+    """Factors w of the sds of position, velocity and acceleration, as far as filter and truth have them, of the largest
+    likelihood on the runs: for the errors e that the corrector leaves, N(e; 0, W P W).
+
+    Position and velocity are taken together, so that their mean NEES is 1: with A = mean(P⁻¹ ∘ e eᵀ),
+    wᵢ = √(Aᵢᵢ (1 + A₁₂ / √(A₁₁ A₂₂))). The acceleration is taken alone, w = √mean(e²/P).
+    """
+    seen = watch(filter, runs)
+    added = correction(corrector, seen)
+    names = [name for name in CORRECTS if name in seen.estimate and np.isfinite(getattr(runs, name)).any()]
+    error = np.stack([seen.estimate[n] + added.get(n, 0.0) - getattr(runs, n) for n in names], axis=-1)
+    good = seen.updated & np.isfinite(error).all(axis=-1)
+    if not good.any():
+        return ()
+    e, P = error[good], seen.P[good]
+    motion = min(len(names), 2)
+    inverse = np.linalg.inv(P[:, :motion, :motion])
+    A = np.mean(inverse * e[:, :motion, None] * e[:, None, :motion], axis=0)
+    sds = np.sqrt(np.diag(A))
+    shared = 1 + A[0, 1] / (sds[0] * sds[1]) if motion == 2 else 1.0
+    alone = np.sqrt(np.mean(e[:, 2:] ** 2 / np.einsum("nii->ni", P)[:, 2 : len(names)], axis=0))
+    return (*(sds * np.sqrt(shared)).tolist(), *alone.tolist())
 
 
 def _pairs(seen: Seen, runs: Runs, inputs: str, count: int, corrects: Sequence[str]) -> tuple[Array, Array]:

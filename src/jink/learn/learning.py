@@ -118,6 +118,7 @@ def learn(
         kind=kind or "aircraft",
         columns=columns,
         truth=truth,
+        positions=True,
     )
     if kind is not None:
         training = replace(training, purpose=replace(training.purpose, kind=kind, assumed=None))

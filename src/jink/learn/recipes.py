@@ -21,10 +21,18 @@ from .data import Runs
 from .how import RANGE, How
 from .rule_recipes import SEARCHED, fuzzy_mode, fuzzy_modes
 
-HISTORY = 8  # innovations an aid looks back on
-# five innovations divide the rules, three older ones take part in their consequents alone
-ANFIS = {"functions": (2, 2, 2, 2, 2, 1, 1, 1), "kind": "gaussian", "epochs": 25, "rate": 0.05}
-PUBLISHED_ANFIS = {"functions": (4, 4), "kind": "triangular"}  # on the inputs of Titi & Güney
+COUNTS = {"titi-guney": 2, "innovations": 8, "sums": 4}  # inputs of an aid; both others look back on 8 innovations
+ANFIS: dict[str, dict[str, Any]] = {
+    "sums": {"functions": (3, 3, 3, 3), "kind": "gaussian", "epochs": 10, "rate": 0.05},
+    # five innovations divide the rules, three older ones take part in their consequents alone
+    "innovations": {"functions": (2, 2, 2, 2, 2, 1, 1, 1), "kind": "gaussian", "epochs": 25, "rate": 0.05},
+    "titi-guney": {"functions": (4, 4), "kind": "triangular", "epochs": 25, "rate": 0.05},
+}
+SEEN = {
+    "titi-guney": "the residual and the step",
+    "innovations": f"the last {COUNTS['innovations']} innovations",
+    "sums": "sums of the last 1, 2, 4 and 8 innovations",
+}
 MOST_RULES = 256  # of an ANFIS
 NETWORK = {"hidden": (32,), "epochs": 60, "batch": 1024}
 
@@ -39,32 +47,31 @@ def aided(model: str) -> Recipe:
         from .aid import fit_corrector, tuned_acceleration
 
         base = how.base if how.base is not None else tuned_acceleration(training)
-        published = how.aid_inputs == "titi-guney"
-        settings = dict(NETWORK) if model == "network" else _anfis(how)
+        inputs = how.aid_inputs
+        settings = dict(NETWORK) if model == "network" else _anfis(inputs, how)
         epochs = settings["epochs"] = how.epochs or settings["epochs"]
         corrector = fit_corrector(
             base,
             training,
             validation,
             model=model,
-            inputs=how.aid_inputs,
-            count=2 if published else HISTORY,
-            corrects=("position",) if published else _corrected(base, training),
+            inputs=inputs,
+            count=COUNTS[inputs],
+            corrects=("position",) if inputs == "titi-guney" else _corrected(base, training),
             seed=how.seed,
             progress=how.counting(f"{model}, epoch", epochs),
             **settings,
         )
-        seen = "the residual and the step" if published else f"the last {HISTORY} innovations"
         trained_by = f" of {settings['method']}" if "method" in settings else ""
-        said = _trained(training, f"{model} on {seen}, {epochs} epochs{trained_by}", how)
+        said = _trained(training, f"{model} on {SEEN[inputs]}, {epochs} epochs{trained_by}", how)
         return Aided(base, replace(corrector, trained=said))
 
     return make
 
 
-def _anfis(how: How) -> dict[str, Any]:
+def _anfis(inputs: str, how: How) -> dict[str, Any]:
     """Settings of an ANFIS: the recipe's own, and what was asked for. Errors: ValueError for too many rules."""
-    settings = {**ANFIS, **(PUBLISHED_ANFIS if how.aid_inputs == "titi-guney" else {})}
+    settings = dict(ANFIS[inputs])
     if how.functions is not None:
         of_inputs = tuple(how.functions if n > 1 else n for n in settings["functions"])
         if prod(of_inputs) > MOST_RULES:

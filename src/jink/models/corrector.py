@@ -13,8 +13,14 @@ from .anfis import Anfis
 from .network import Network
 from .provenance import Trained
 
-INPUTS = ("titi-guney", "innovations")
+INPUTS = ("titi-guney", "innovations", "sums")
+MOST_SUMS = 7  # of 64 innovations
 CORRECTS = ("position", "velocity", "acceleration")
+
+
+def history_of(inputs: str, count: int) -> int:
+    """How many innovations these inputs look back on."""
+    return {"titi-guney": 0, "innovations": count, "sums": 2 ** (count - 1)}[inputs]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,15 +30,19 @@ class Corrector:
     inputs "titi-guney": u = (z − x̂(t|t), x̂(t|t−1) − x̂(t|t)), positions in m, unit 1 (m, m/s, m/s²);
     inputs "innovations": u = ν/√S of the newest and of the scans before, zero before the track began; unit √(S P_cc /
     P_pp) of the newest scan for component c (for the position √S), so that it carries over to another sensor. A miss
-    enters no innovation, and is not corrected.
+    enters no innovation, and is not corrected. inputs "sums": the sums of the newest 1, 2, 4, … of these, over √1, √2,
+    √4, …; the same unit.
 
     c(u) = f · output_scale · model((clip(u, low, high) − centre) / scale), with f = max(0, 1 − e/fade) and e the
     largest distance of an input from its range [low, high], in widths of the range: outside what it has seen the aid
     fades to nothing.
 
+    sd_factors, of position, velocity, acceleration: what the corrected estimate's sds are over the filter's own; P goes
+    out as W P W, W diagonal of 1 + f (factor − 1). Those not given are 1.
+
     model an :class:`jink.Anfis` or a :class:`jink.Network`; low, high, centre, scale, one number per input;
     output_scale one per corrected quantity; corrects ("position",), then "velocity", "acceleration". Errors: ValueError
-    where these do not fit. Source: Titi & Güney (inputs, sum); ranges and fading are jink's.
+    where these do not fit. Source: Titi & Güney (inputs, sum); ranges, fading and covariance are jink's.
     """
 
     model: Anfis | Network
@@ -45,6 +55,7 @@ class Corrector:
     corrects: Sequence[str] = ("position",)
     fade: float = 0.5
     trained: Trained | None = None
+    sd_factors: Sequence[float] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.model, Anfis | Network):
@@ -70,11 +81,27 @@ class Corrector:
                 f"{self.corrects}"
             )
         positive("Corrector.fade", self.fade)
+        if self.inputs == "sums" and self.count > MOST_SUMS:
+            raise ValueError(f"Corrector.model: expected at most {MOST_SUMS} sums, the model has {self.count} inputs")
+        factors = tuple(float(v) for v in self.sd_factors)
+        if len(factors) > len(CORRECTS) or not all(0 < v < np.inf for v in factors):
+            raise ValueError(f"Corrector.sd_factors: expected at most 3 numbers above 0, got {factors}")
+        object.__setattr__(self, "sd_factors", factors)
 
     @property
     def count(self) -> int:
         """How many inputs there are; for "innovations", how many scans are looked back on, the newest included."""
         return len(self.low)
+
+    @property
+    def history(self) -> int:
+        """How many innovations it looks back on, the newest included."""
+        return history_of(self.inputs, self.count)
+
+    @property
+    def factors(self) -> tuple[float, ...]:
+        """Of the sds of position, velocity and acceleration, one each."""
+        return (*self.sd_factors, *[1.0] * (len(CORRECTS) - len(self.sd_factors)))
 
     def share(self, u: ArrayLike) -> Array:
         """f (N,): one inside the training range, zero far outside."""

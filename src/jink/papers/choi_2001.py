@@ -11,12 +11,19 @@ from ..compare.result import Race
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
 from ..filters.variable_structure import CHOI_2001 as LEVELS
-from ..filters.variable_structure import DigraphSwitching, line_graph, line_transition, noise_levels
+from ..filters.variable_structure import (
+    ActiveDigraph,
+    AdaptiveGrid,
+    DigraphSwitching,
+    line_graph,
+    line_transition,
+    noise_levels,
+)
 from ..models.motion import ConstantVelocity
 from ..scenarios import SCENARIOS
 from .drawing import Chart, Drawing, Line
 from .learned import Models, each_seed
-from .paper import POSITION, Experiment, Maker, Paper, jump_delay, named
+from .paper import MODE_DELAY, POSITION, Experiment, Maker, Paper, named
 
 SOURCE = (
     "Choi, Samal & Ahn, On Neural-Net Based Variable Structure Multiple Model Method: Neural-Net Design, 2001, table 3"
@@ -55,6 +62,18 @@ def switching(reach: int) -> Callable[[Purpose], Named]:
     return make
 
 
+def active(purpose: Purpose) -> Named:
+    """Active digraph over the forty noise levels: the three likeliest of the next scan."""
+    filter = ActiveDigraph(noise_levels(LEVELS), purpose.sensor, line_transition(len(LEVELS), 1, STAY), alive=3)
+    return named("active digraph over 40 noise levels, three alive, neighbours ±1", filter)
+
+
+def grid(purpose: Purpose) -> Named:
+    """Adaptive grid over the forty noise levels: three points that move along them."""
+    filter = AdaptiveGrid(noise_levels(LEVELS), purpose.sensor, STAY)
+    return named("adaptive grid of three points along 40 noise levels", filter)
+
+
 def constant(variance: float) -> Callable[[Purpose], Named]:
     """A Kalman filter with one of the noise levels."""
     return lambda purpose: named(
@@ -73,6 +92,8 @@ def imm3(purpose: Purpose) -> Named:
 FILTERS: dict[str, Callable[[Purpose], Named]] = {
     "dsvsmm-1": switching(1),
     "dsvsmm-2": switching(2),
+    "active digraph": active,
+    "adaptive grid": grid,
     "imm3": imm3,
     "q = 1": constant(1.0),
     "q = 196": constant(196.0),
@@ -95,6 +116,10 @@ def networks(models: Models) -> dict[str, Sequence[Maker]]:
             "the same, then trained end to end on the tracking error, set 3",
         ),
         "modes, wide": ("modes-wide", "five levels, q 0.01 to 5000, end to end on targets of all kinds"),
+        "modes, CV CA CT": (
+            "modes-motions",
+            "three constant velocities, an acceleration and a turn, on labels, targets of all kinds",
+        ),
     }
     return {name: each_seed(models, f"choi-2001-{model}", words) for name, (model, words) in kinds.items()}
 
@@ -112,7 +137,7 @@ def experiments(models: Models) -> list[Experiment]:
                 words=scenario.summary,
                 scenario=scenario,
                 filters=filters,
-                metrics=(POSITION, jump_delay(scenario)),
+                metrics=(POSITION, MODE_DELAY),
                 published=published,
             )
         )
@@ -189,6 +214,8 @@ CHOI_2001 = Paper(
         "The paper gives no bank and no figures for the mode-based design; its rule is “like choosing k modes”. "
         "Here a network scores six of the levels (1, 6, 16, 41, 91, 196). It takes the last weights and the log NIS "
         "of each level. The best three share the estimate.",
+        "The paper names active digraph and adaptive grid, and states neither. Here both run on its forty levels: the "
+        "first has the three likeliest modes alive, the second three points that move.",
     ),
     remarks=(
         "Mode delay counts the scans from a change of the target until the right mode leads: the one that leads at the "

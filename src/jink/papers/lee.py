@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,13 +13,14 @@ from ..filters.adaptive_imm import AugmentedAcceleration, TwoStageAcceleration, 
 from ..filters.fuzzy_imm import fuzzy_imm
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
-from ..models.fuzzy import PUBLISHED
+from ..models.fuzzy import PUBLISHED, FuzzyRules
 from ..models.motion import ConstantVelocity
 from ..scenarios import SCENARIOS
-from .constants import best_constants, over_constants, with_rule_counts
+from .constants import INPUTS, best_constants, over_constants, with_rule_counts
 from .drawing import Chart, Drawing, Line, Surface
 from .learned import Models, learned
 from .paper import Experiment, named, of_race
+from .training.lee import SWEPT
 
 POSITION = of_race("normalised_position", "ζp")
 VELOCITY = of_race("normalised_velocity", "ζv")
@@ -29,7 +31,12 @@ NOISE, BIAS, BIAS_PRIOR = (
 )  # m/s²: process noise, bias noise, √Pa0 (Pa0 = 1e-3 km²/s⁴)
 NAMES = ("aimm3", "aimm5", "fuzzy-imm")
 # whose noise may lie within the same bounds
-RIVALS = {"ga": "ga constants", "ga, λ = 1": "ga constants", "best fuzzy": "best constants"}
+RIVALS = {
+    "ga": "ga constants",
+    "ga, λ = 1": "ga constants",
+    **{f"ga, λ = {weight:g}": "ga constants" for weight in SWEPT},
+    "best fuzzy": "best constants",
+}
 
 
 def adaptive(name: str, levels: list[float], estimator: type[AugmentedAcceleration]) -> Callable[[Purpose], Named]:
@@ -71,8 +78,32 @@ def constants(purpose: Purpose) -> Named:
     return named(f"IMM of constant noises, sd {', '.join(f'{s:g}' for s in sds)} m/s²", filter)
 
 
-def experiment(published: Mapping[tuple[str, str], float], models: Models) -> Experiment:
-    """The one experiment of both papers."""
+def fitted_adaptive(models: Models) -> dict[str, Callable[[Purpose], Named]]:
+    """AIMM3 with Qa fitted, and with intervals in units of its estimator's standard deviation."""
+
+    def row(name: str, words: str) -> Callable[[Purpose], Named]:
+        def make(purpose: Purpose) -> Named:
+            found = learned(models, name, words, fitted="other runs")(purpose)
+            filter = found.filter
+            level, bias = filter.motions[-1].acceleration, filter.estimator.bias_sd
+            said = f"{words}; levels ±{float(np.ravel(level)[0]):g}, √Qa {float(np.ravel(bias)[0]):.2g} m/s²"
+            return replace(found, words=said)
+
+        return make
+
+    return {
+        "aimm3, Qa": row("lee-2003-aimm3", "AIMM3 as published, Qa fitted"),
+        "aimm3 in sd": row("lee-2003-aimm3-in-sd", "AIMM3 with levels ±c √P_aa, c and Qa fitted"),
+        "augmented in sd": row("lee-2003-aimm3-augmented-in-sd", "the same around the augmented filter's estimate"),
+    }
+
+
+def experiment(
+    published: Mapping[tuple[str, str], float],
+    models: Models,
+    more: Mapping[str, Callable[[Purpose], Named]] | None = None,
+) -> Experiment:
+    """The one experiment of both papers, with more filters."""
     return Experiment(
         name="three manoeuvres",
         words="x +10 m/s² in scans 40–60, y +60 in 80–90, x −30 in 120–140",
@@ -85,6 +116,12 @@ def experiment(published: Mapping[tuple[str, str], float], models: Models) -> Ex
                 learned(models, "lee-2003-ga", "fuzzy IMM, rules by our own run of the paper's GA, λ = 0.95")
             ),
             "ga, λ = 1": with_rule_counts(learned(models, "lee-2003-ga-error", "the same with λ = 1: the error alone")),
+            **{
+                f"ga, λ = {weight:g}": with_rule_counts(
+                    learned(models, f"lee-2003-ga-{weight:g}", f"the same with λ = {weight:g}")
+                )
+                for weight in SWEPT
+            },
             "constants": constants,
             "ga constants": best_constants(seed=0),
             "best fuzzy": with_rule_counts(
@@ -104,6 +141,7 @@ def experiment(published: Mapping[tuple[str, str], float], models: Models) -> Ex
             "aimm3-augmented": adaptive("aimm3-augmented", [-40.0, 0.0, 40.0], AugmentedAcceleration),
             "two-stage": alone("two-stage", TwoStageAcceleration),
             "augmented": alone("augmented", AugmentedAcceleration),
+            **(more or {}),
         },
         metrics=(POSITION, VELOCITY, over_constants(RIVALS, "pos ÷ its constants")),
         published=published,
@@ -157,23 +195,30 @@ def errors(races: Mapping[str, Race]) -> list[Drawing]:
 
 
 def draw(races: Mapping[str, Race]) -> list[Drawing]:
-    """Figures 3 and 4, and the noise that the rules of tables 2.1 to 2.3 call for."""
+    """Figures 3 and 4, and the noise that the rules of tables 2.1 to 2.3 and our own call for."""
     out = errors(races)
-    for k, (rules, u) in enumerate(zip(PUBLISHED["lee-2003"], (1, 10, 100), strict=True), start=1):
-        grid, sd = rules.surface(3000.0)
-        out.append(
-            Surface(
-                title=f"Table 2.{k}: noise sd that the rules for {u} m/s² call for",
-                x="residual km",
-                y="its change km",
-                grid_x=grid / 1000,
-                grid_y=grid / 1000,
-                values=sd,
-                unit="m/s²",
-                sentences=rules.describe(),
-            )
-        )
+    for k, (rules, u) in enumerate(zip(PUBLISHED["lee-2003"], INPUTS, strict=True), start=1):
+        out.append(_surface(rules, f"Table 2.{k}: noise sd that the rules for {u:g} m/s² call for"))
+    entrants = next(iter(races.values())).entrants
+    for name in ("ga, λ = 1", "best fuzzy"):
+        motions = entrants[name].filter.motions if name in entrants else ()
+        for k, motion in enumerate(motions, start=1):
+            out.append(_surface(motion.rules, f"Not in the paper: noise sd of mode {k}, {name}"))
     return out
+
+
+def _surface(rules: FuzzyRules, title: str) -> Surface:
+    grid, sd = rules.surface(3000.0)
+    return Surface(
+        title=title,
+        x="residual km",
+        y="its change km",
+        grid_x=grid / 1000,
+        grid_y=grid / 1000,
+        values=sd,
+        unit="m/s²",
+        sentences=rules.describe(),
+    )
 
 
 READINGS = (

@@ -12,7 +12,6 @@ import numpy as np
 
 from ..catalogue.purpose import Named, Purpose
 from ..checks import Array
-from ..compare.mode_jumps import mode_jump_delay, phases
 from ..compare.result import Race
 from ..compare.scores import NAN, Tally, efficiency
 from ..metrics import Figure
@@ -43,6 +42,8 @@ def of_race(name: str, words: str) -> Metric:
 POSITION = of_race("position_rmse", "position m")
 VELOCITY = of_race("velocity_rmse", "velocity m/s")
 ACCELERATION = of_race("acceleration_rmse", "accel. m/s²")
+NEES = of_race("nees", "NEES per component")
+MODE_DELAY = of_race("mode_jump_delay", "mode delay scans")
 
 
 def peak(name: str, words: str, begin: int, end: int) -> Metric:
@@ -56,6 +57,20 @@ def peak(name: str, words: str, begin: int, end: int) -> Metric:
         return Figure(float(value[scans][k]), float(se[scans][k]))
 
     return Metric(name, words, measure)
+
+
+def peak_over(reference: str, begin: int, end: int) -> Metric:
+    """That peak over another filter's."""
+    own = peak("", "", begin, end)
+
+    def measure(race: Race, filter: str) -> Figure:
+        if filter == reference or reference not in race.tallies or filter in BASELINES:
+            return NAN
+        mine, other = own.measure(race, filter), own.measure(race, reference)
+        ratio = mine.value / other.value
+        return Figure(ratio, ratio * math.hypot(mine.se / mine.value, other.se / other.value))
+
+    return Metric(f"peak_over_{reference}", f"peak ÷ {reference.upper()}", measure)
 
 
 def over_within(reference: str, quantity: str, words: str, begin: int, end: int) -> Metric:
@@ -114,16 +129,6 @@ def _seconds(filter: Any, simulation: Simulation) -> float:
     began = clock.process_time()
     filter.filter(**simulation.batch(), threads=1, outputs=("x",))
     return clock.process_time() - began
-
-
-def jump_delay(scenario: Scenario) -> Metric:
-    """Scans until the right mode leads after the target changes; see :mod:`jink.compare.mode_jumps`."""
-
-    def measure(race: Race, filter: str) -> Figure:
-        of = phases(scenario.simulate(1), race.skipped_scans)
-        return mode_jump_delay(race.tallies[filter], of) if filter in race.tallies else NAN
-
-    return Metric("mode_jump_delay", "mode delay scans", measure)
 
 
 @dataclass(frozen=True, kw_only=True)

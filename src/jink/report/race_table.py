@@ -35,6 +35,7 @@ AROUND = {
     "noticed": "noticed",
     "detection_delay": "delay scans",
     "false_alarms": "false alarms",
+    "mode_jump_delay": "mode delay scans",
     "log_score": "ln p(truth)",
     "prediction_score": "ln p(next z)",
 }
@@ -112,6 +113,8 @@ def written(metric: str, figure: Figure | None) -> str:
         return f"{100 * figure.value:.1f}%"
     if metric == "us_per_update":
         return f"{figure.value:.2f}"
+    if metric == "mode_jump_delay":
+        return f"{figure.value:.3g}" + (f" ±{figure.se:.1f}" if figure.se >= 0.05 else "")
     if metric.endswith("_settling"):
         return f"{figure.value:.0f}" + (f" ±{figure.se:.0f}" if figure.se >= 0.5 else "")
     digits = 3

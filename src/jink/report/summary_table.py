@@ -10,6 +10,17 @@ from ..tracking.summary import CLEANED
 from .terminal import standard_output
 
 UNUSED = 12  # columns that are named
+# what noise is said of, its unit, and how many of that are one SI unit
+FIGURES = {
+    "position": ("m", 1.0),
+    "altitude": ("m", 1.0),
+    "range": ("m", 1.0),
+    "azimuth": ("mrad", 1000.0),
+    "elevation": ("mrad", 1000.0),
+    "velocity": ("m/s", 1.0),
+    "vertical_rate": ("m/s", 1.0),
+    "range_rate": ("m/s", 1.0),
+}
 
 
 def show(summary: dict[str, Any]) -> None:
@@ -76,7 +87,7 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
 def _noise(sources: list[dict[str, Any]]) -> Iterator[str]:
     """The noise of the first few sources: where each figure comes from, and its range over the targets."""
     for line in sources[:3]:
-        pieces = [_figure(line, name) for name in ("position", "altitude", "range", "azimuth", "elevation")]
+        pieces = [_figure(line, name) for name in FIGURES]
         if line.get("time_sd"):
             pieces.insert(1, f"time stamps {line['time_sd']:.2g} s")
         where = f"{Path(line['source']).name}: " if len(sources) > 1 else ""
@@ -88,14 +99,14 @@ def _noise(sources: list[dict[str, Any]]) -> Iterator[str]:
 def _figure(line: dict[str, Any], name: str) -> str:
     if f"{name}_sd" not in line:
         return ""
-    unit, factor = ("mrad", 1000.0) if name in ("azimuth", "elevation") else ("m", 1.0)
+    unit, factor = FIGURES[name]
     origin = line[f"{name}_sd_from"]
     if f"{name}_sd_range" in line and origin == "estimated":
         low, high = (_short(factor * value) for value in line[f"{name}_sd_range"])
         origin += f"; {low} to {high} {unit} by target"
     stated = line.get(f"{name}_sd_stated_rows")
     origin += f"; as the source states in {stated:,} rows" if stated else ""
-    return f"{name} {_short(factor * line[f'{name}_sd'])} {unit} ({origin})"
+    return f"{name.replace('_', ' ')} {_short(factor * line[f'{name}_sd'])} {unit} ({origin})"
 
 
 def _short(value: float) -> str:

@@ -38,9 +38,9 @@ from .scan import Scan
 class Stepwise(Scan):
     """Whole tracks or live targets, scan by scan; the interface of the native engine."""
 
-    def one(self, lag: int) -> LiveOne:
-        """One live target."""
-        return LiveOne(self, lag)
+    def one(self, lag: int, filter: Any = None) -> LiveOne:
+        """One live target, started by a filter."""
+        return LiveOne(self, lag, filter)
 
     def many(self, n: int, lag: int) -> LiveMany:
         """n live targets."""

@@ -119,13 +119,28 @@ class Now:
     nis: float
     nis_dof: float
     status: str
+    components: tuple[str, ...]
+
+    def __getitem__(self, component: str) -> float:
+        """One component's estimate, by name."""
+        return float(self.x[self._index(component)])
+
+    def sd(self, component: str) -> float:
+        """One component's standard deviation, by name."""
+        k = self._index(component)
+        return float(np.sqrt(self.P[k, k]))
+
+    def _index(self, component: str) -> int:
+        if component not in self.components:
+            raise KeyError(f"{component!r}: expected one of {', '.join(self.components)}")
+        return self.components.index(component)
 
 
 class LiveOne:
     """One live target."""
 
-    def __init__(self, engine: Scan, lag: int) -> None:
-        self._many = LiveMany(engine, 1, lag)
+    def __init__(self, engine: Scan, lag: int, filter: Any = None) -> None:
+        self._many, self._filter = LiveMany(engine, 1, lag), filter
 
     def update(
         self,
@@ -172,6 +187,12 @@ class LiveOne:
         """Take up a saved state."""
         self._many.restore(state)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled as its filter and its state."""
+        if self._filter is None:
+            raise TypeError("a live target without its filter cannot be copied")
+        return _started, (self._filter, self._many.lag, self.save())
+
     def _call(self, time: float, z: Any, sensor: Any, noise: Any, known: Any, predict_only: bool) -> Now:
         n, m = len(self._many.engine.components), len(self._many.engine.modes)
         slots: list[Any] = [
@@ -183,4 +204,18 @@ class LiveOne:
         slots.append(np.empty(1, dtype=np.uint8))
         self._many.update(np.array([time]), z, sensor, noise, known, slots, predict_only)
         x, P, probability, likelihood, nis, dof, shown, status = (slot[0] for slot in slots)
-        return Now(float(shown), x, P, probability, float(likelihood), float(nis), float(dof), Status(status).name)
+        return Now(
+            float(shown),
+            x,
+            P,
+            probability,
+            float(likelihood),
+            float(nis),
+            float(dof),
+            Status(status).name,
+            tuple(self._many.engine.components),
+        )
+
+
+def _started(filter: Any, lag: int, state: bytes) -> Any:
+    return filter.start(lag=lag, state=state)

@@ -8,6 +8,7 @@ import polars as pl
 from ..association.batch import Found
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame, SiteFrame
+from ..io.kept import MARK
 from ..io.measurements import Measurements
 from .cleaning import measured_rows
 from .placing import Placed, lay
@@ -98,9 +99,11 @@ def placed_tracks(plots: Placed, found: Found) -> Placed:
     first = plots.rows["time"][0] if plots.rows.height else 0.0
     absolute = found.time
     missing = pl.Series(~seen)
-    rows = source.select("file", "row", "source", *[n for n in ("position_sd", "altitude_sd") if n in source.columns])
+    carried = [name for name in source.columns if name.startswith(MARK)]
+    sds = [name for name in ("position_sd", "altitude_sd") if name in source.columns]
+    rows = source.select("file", "row", "source", *sds, *carried)
     rows = rows.with_columns(
-        row=pl.when(missing).then(None).otherwise(pl.col("row")),
+        *[pl.when(missing).then(None).otherwise(pl.col(name)).alias(name) for name in ("row", *carried)],
         target=pl.Series(number).cast(pl.String),
         part=pl.lit(0, pl.Int32),
         time=pl.Series(absolute),

@@ -6,7 +6,7 @@ import time as clock
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,18 +15,17 @@ import polars as pl
 
 from ..io.conventions import Conventions
 from ..io.errors import InputError
-from ..io.geodesy import SiteFrame
 from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
 from .lag import Lag
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
-from .plausibility import Finding, as_dicts, findings
-from .prepare import Group, Settings, prepare
+from .plausibility import Finding, Seen, as_dicts, findings
+from .prepare import Group, Settings, prepare, sites_of
+from .resampling import parse_every, resampled
+from .stretches import Piece, SegmentsGoOn, Stretched, pieces
 from .summary import reasons, summarise
-
-CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
 
 Progress = Callable[[str, int, int], None]
 
@@ -48,7 +47,7 @@ def track(
     lag: int | str | None = None,
     columns: Mapping[str, str] | None = None,
     sensor_sd: float | str | Mapping[str, float] | None = None,
-    site: tuple[float, ...] | None = None,
+    site: Sequence[float] | Mapping[str, Sequence[float]] | None = None,
     gap: float | None = None,
     min_points: int = 4,
     sort: bool = True,
@@ -65,6 +64,9 @@ def track(
     threads: int | None = None,
     details: bool = False,
     anonymous: bool | Mapping[str, Any] = False,
+    velocity: bool = True,
+    keep: Sequence[str] | None = None,
+    every: float | str | None = None,
 ) -> Any:
     """Track every target in a DataFrame (the same kind comes back), a file, a pattern or several files.
 
@@ -78,20 +80,26 @@ def track(
     smooth: every estimate uses its whole track; lag: only what was measured up to so many scans (2) or seconds ("8s")
     later. columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component
     (`{"range": 50, "azimuth_deg": 0.1}`); None: from columns of accuracy or estimated. site: latitude, longitude and
-    altitude of a radar. day_first, time_format (strftime), time_zone: how text dates are read. axes: "enu" or "ned";
+    altitude of a radar, or of several by the names of their sources.
+    day_first, time_format (strftime), time_zone: how text dates are read. axes: "enu" or "ned";
     azimuth_from: "north" (clockwise) or "east" (counter-clockwise). gap: seconds without a position that begin a new
     part (0: never). anonymous: plots do not say whose they are; True, or any of detection, clutter, new_per_hour,
     drop_after, period and association by name (docs/plots-without-names.md). A table without identity, in which
-    several rows share a time, is tracked so by itself.
+    several rows share a time, is tracked so by itself. velocity: reported speeds, courses, vertical rates and range
+    rates are used where they make held-out positions likelier; False leaves them out. keep: columns of the input that
+    come back too (None: those that say who a target is). every: one row at each multiple of so many seconds ("1s"),
+    predicted where nothing was measured, instead of one per input row.
     Raises InputError (a ValueError).
     """
+    alone, sites = sites_of({} if site is None else site if isinstance(site, Mapping) else {"": site})
     settings = Settings(
         filter=filter,
         kind=kind,
         smooth=smooth,
         lag=Lag.of(lag),
         sensor_sd=parse_sensor_sd(sensor_sd),
-        site=SiteFrame(*site) if site is not None else None,
+        site=alone,
+        sites=sites,
         gap=gap,
         min_points=min_points,
         sort=sort,
@@ -99,9 +107,12 @@ def track(
         drop_stale=drop_stale,
         check=check_coordinates,
         threads=threads,
+        velocity=velocity,
+        every=parse_every(every),
     )
     conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from)
-    reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions)
+    kept = None if keep is None else tuple(keep)
+    reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions, kept)
     tracked, back = _from_data(data, reading, settings, Anonymous.of(anonymous))
     if details:
         return Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
@@ -133,14 +144,32 @@ def run(
     """Clean, place, filter; the summary says what was done. Plots without identity are given to targets first, where
     that is asked for, or where the table shows it. Raises InputError when no track is left, or none is plausible."""
     if anonymous is not None or is_anonymous(loaded.measurements):
+        if settings.sites:
+            raise InputError("site: plots without identity are tracked from one site; give one")
+        if settings.every is not None:
+            raise InputError("every: plots without identity are tracked scan by scan; leave it out")
         tracked = Tracked(*run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress))
     else:
         tracked = _run_named(loaded, settings, progress)
-    found, hopeless = findings(tracked.tracks, tracked.summary["noise"], settings.kind, tracked.summary["consistency"])
+    measured = tracked.tracks if settings.every is None else tracked.tracks.filter(pl.col("row").is_not_null())
+    seen = Seen.of(measured, settings.kind)
+    found, hopeless = findings(seen, tracked.summary["noise"], settings.kind, tracked.summary["consistency"])
     if hopeless and settings.check:
-        raise InputError(_implausible(found, tracked.summary["targets"]))
+        raise InputError(implausible(found, tracked.summary["targets"]))
     tracked.summary["warnings"] = as_dicts(found, tracked.summary["targets"])
-    return tracked
+    return at_even_times(tracked, settings)
+
+
+def at_even_times(tracked: Tracked, settings: Settings) -> Tracked:
+    """The rows at even times alone, where those are asked for; what was found is of the measured rows."""
+    if settings.every is None:
+        return tracked
+    tracks = tracked.tracks.filter("even").drop("even")
+    count = int(tracks["row"].is_null().sum())
+    tracked.summary["notes"].append(
+        f"{tracks.height:,} rows, one every {settings.every:g} s; {count:,} of them lie between measurements"
+    )
+    return Tracked(tracks, tracked.rejected, tracked.summary | {"every_seconds": settings.every})
 
 
 def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) -> Tracked:
@@ -151,14 +180,13 @@ def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) ->
     cleaned, groups = prepared.cleaned, prepared.groups
     rejected = together(measurements.rejected + cleaned.rejected)
     if not groups:
-        raise InputError(_nothing_left(loaded, rejected))
+        raise InputError(nothing_left(loaded.count, reasons(rejected)))
     tables: list[pl.DataFrame] = []
     done = 0
     for group in groups:
-        if settings.smoothing is not None and getattr(group.filter, "not_smoothed", ""):
-            name, why = type(group.filter).__name__, group.filter.not_smoothed
-            raise InputError(f"smooth: {name} cannot be smoothed: {why}")
-        for table in _chunks(group, settings, measurements.absolute):
+        if settings.every is not None and getattr(group.filter, "counts_rows", False):
+            raise InputError(f"every: {type(group.filter).__name__} counts rows, so rows between them would change it")
+        for table in tables_of(group, settings, measurements.absolute):
             tables.append(table)
             done += table.height
             if progress:
@@ -166,47 +194,55 @@ def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) ->
     tracks = pl.concat(tables, how="diagonal")
     if len(groups) > 1:
         tracks = tracks.sort("target", "time", maintain_order=True)
-    summary = summarise(loaded, cleaned, rejected, groups, tracks)
+    measured = tracks if settings.every is None else tracks.filter(pl.col("row").is_not_null())
+    summary = summarise(loaded, cleaned, rejected, groups, measured)
     summary |= {**settings.said(), "gap_seconds": prepared.pace.gap}
     return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
 
 
-def _nothing_left(loaded: Loaded, rejected: pl.DataFrame) -> str:
-    lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in reasons(rejected))
-    short = any(reason.startswith("fewer than") for reason, _ in reasons(rejected))
+def nothing_left(count: int, why: Sequence[tuple[str, int]]) -> str:
+    """What is said where all rows were rejected, for these reasons."""
+    lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in why)
+    short = any(reason.startswith("fewer than") for reason, _ in why)
     hint = "\n  --min-points 1 keeps single positions, such as those of one snapshot" if short else ""
-    return f"no track is left: all {loaded.count:,} rows were rejected, because:\n{lines}{hint}"
+    return f"no track is left: all {count:,} rows were rejected, because:\n{lines}{hint}"
 
 
-def _implausible(found: Sequence[Finding], targets: int) -> str:
+def implausible(found: Sequence[Finding], targets: int) -> str:
+    """What is said where no track can be true."""
     lines = "\n".join(f"  {finding.sentence(targets)}" for finding in found)
     return f"no track is plausible; --no-check writes them all the same\n{lines}"
 
 
-def _chunks(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.DataFrame]:
-    """Tables of whole parts, some ten thousand rows each; one is made while the next is filtered."""
-    placed, covariance, offsets = group.placed, group.covariance, group.placed.offsets
-    smoothing = settings.smoothing
-    verb = group.filter.filter if smoothing is None else partial(group.filter.smooth, **smoothing)
-    begin = 0
+def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.DataFrame]:
+    """Tables of some ten thousand rows each, of whole parts or of a piece of a long one; one is made while the next is
+    filtered. Errors: InputError for a filter that cannot be smoothed.
+    """
+    if settings.smoothing is not None and getattr(group.filter, "not_smoothed", ""):
+        name, why = type(group.filter).__name__, group.filter.not_smoothed
+        raise InputError(f"smooth: {name} cannot be smoothed: {why}")
+    placed, covariance, even = group.placed, group.covariance, None
+    if settings.every is not None:
+        grid = resampled(placed, covariance, settings.every)
+        placed, covariance, even = grid.placed, grid.covariance, grid.even
+    stretched = Stretched(group.filter, placed, covariance, settings.smoothing, settings.threads)
+    going_on = SegmentsGoOn()
+
+    def table_of(piece: Piece, estimate: Any) -> pl.DataFrame:
+        some = placed.some(piece.rows)
+        if piece.part is not None:
+            some = replace(some, new=np.arange(some.new.size) == 0)
+        table = tracks_table(some, estimate, absolute)
+        if even is not None:
+            table = table.with_columns(even=pl.Series(even[piece.rows]))
+        return table if piece.part is None else going_on.table(table, piece.rows.start == piece.part.start)
+
     waiting: Future[pl.DataFrame] | None = None
     with ThreadPoolExecutor(1) as worker:
-        while begin < offsets.size - 1:
-            end = int(np.searchsorted(offsets, offsets[begin] + CHUNK))
-            end = min(max(end, begin + 1), offsets.size - 1)
-            rows = slice(int(offsets[begin]), int(offsets[end]))
-            some = placed.some(rows)
-            estimate = verb(
-                some.time,
-                some.z,
-                offsets=offsets[begin : end + 1] - offsets[begin],
-                covariance=None if covariance is None else covariance[rows],
-                threads=settings.threads,
-                outputs=("x", "P", "mode_probability", "nis", "nis_dof", "status"),
-            )
+        for piece in pieces(placed.offsets):
+            estimate = stretched.run(piece)
             if waiting:
                 yield waiting.result()
-            waiting = worker.submit(tracks_table, some, estimate, absolute)
-            begin = end
+            waiting = worker.submit(table_of, piece, estimate)
         if waiting:
             yield waiting.result()

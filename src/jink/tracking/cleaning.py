@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from ..io.measurements import DIMENSIONS
+from ..io.stages import stage
 
 STALE_SPEED = 0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
 STALE_SPEED_AT_END = 5.0  # m/s: the same at the end of a track, where no next position tells
@@ -50,6 +51,7 @@ class Cleaned:
             self.rows = self.rows.filter(~mask)
 
 
+@stage("clean")
 def clean(rows: pl.DataFrame, position: str, how: Cleaning) -> Cleaned:
     """Sort, drop duplicates, blank stale positions, split at gaps, drop what is too short, in this order."""
     state = Cleaned(rows)
@@ -135,8 +137,9 @@ def _stale(state: Cleaned, position: str) -> int:
         else np.arange(rows.height)
     )
     order = order[rows["measured"].to_numpy()[order]]
-    held = rows[order] if several or order.size < rows.height else rows
     names = [name for name in DIMENSIONS[position][:2] if name in rows.columns]
+    held = rows.select("target", "source", "time", "speed", *names)
+    held = held[order] if several or order.size < rows.height else held
     track = changes(held["target"], held["source"])
     start = track | changes(*[held[name] for name in names])
     starts = np.flatnonzero(start)
@@ -211,7 +214,7 @@ def _starts(state: Cleaned, position: str, fastest: float) -> int:
     rows = state.rows
     names = [name for name in DIMENSIONS[position][:2] if name in rows.columns]
     measured = np.flatnonzero(rows["measured"].to_numpy())
-    held = rows[measured]
+    held = rows.select("target", "part", "time", *names)[measured]
     new = changes(held["target"], held["part"])
     starts = np.flatnonzero(new)
     lengths = np.diff(np.r_[starts, held.height])

@@ -17,7 +17,7 @@ HELD = 4  # rows that go on from an earlier time: a clock that was set, not rows
 DAY = 86_400.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Waiting:
     """A row that waits for those after it, as a dictionary and as a table of one row with its number in the stream."""
 
@@ -25,7 +25,7 @@ class Waiting:
     table: pl.DataFrame
 
 
-@dataclass
+@dataclass(slots=True)
 class Order:
     """What is known of the times of one target."""
 
@@ -50,7 +50,6 @@ class Order:
         return lost
 
 
-def in_the_future(time: float, last: float, absolute: bool) -> bool:
-    """Whether a time lies after tomorrow, while its target's last one did not."""
-    tomorrow = clock.time() + DAY
-    return absolute and time > tomorrow >= last
+def tomorrow() -> float:
+    """The end of the next 24 hours, in seconds since 1970."""
+    return clock.time() + DAY

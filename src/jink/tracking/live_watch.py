@@ -13,7 +13,7 @@ ROWS = 20.0  # rows that are remembered; nothing is said before as many were mea
 KEPT = 1.0 - 1.0 / ROWS
 
 
-@dataclass
+@dataclass(slots=True)
 class Watch:
     """Shares of a target's last measured rows: rejected, and faster than its kind."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,8 @@ import polars as pl
 from ..catalogue.targets import KINDS
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
-from ..io.units import ANGLE, LENGTH, TIME
+from ..io.stages import stage
+from ..io.units import ANGLE, LENGTH, SPEED, TIME
 from .cleaning import changes
 from .placing import Placed
 from .scatter import component_sd, plane_scatter, rough_velocity
@@ -28,16 +29,27 @@ GIVEN = {
     "range": LENGTH,
     "azimuth": ANGLE,
     "elevation": ANGLE,
+    "velocity": SPEED,
+    "vertical_rate": SPEED,
+    "range_rate": SPEED,
 }
 
 
 @dataclass
 class NoiseLevel:
-    """Covariance per row (N, m, m) or variances (N, m), typical sds, and a line per source."""
+    """Covariance per row (N, m, m) or variances (N, m), typical sds, and a line per source.
+
+    step: of time, that the figures are for (s; None: the median of the rows).
+    """
 
     covariance: np.ndarray
     typical: dict[str, float]
     sources: list[dict[str, Any]] = field(default_factory=list)
+    step: float | None = None
+
+    def figure(self, source: str, name: str) -> float:
+        """A source's figure, NaN where it is not known."""
+        return next((float(line.get(name, math.nan)) for line in self.sources if line["source"] == source), math.nan)
 
     @property
     def uniform(self) -> bool:
@@ -71,22 +83,32 @@ def parse_sensor_sd(given: float | str | Mapping[str, float] | None) -> dict[str
     return values
 
 
-def noise_levels(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
-    """Noise of every row of `placed`, from what is given, stated and estimated, in this order."""
-    if placed.components[0] == "range":
-        return _polar(placed, given)
-    return _plane(placed, given, kind)
+@stage("noise")
+def noise_levels(placed: Placed, given: Mapping[str, float], kind: str, known: NoiseLevel | None = None) -> NoiseLevel:
+    """Noise of every row of `placed`, from what is given, stated and estimated, in this order.
+
+    known: that of other rows of the same table, which holds for these too.
+    """
+    level = _polar(placed, given, known) if placed.components[0] == "range" else _plane(placed, given, kind, known)
+    return level if known is None else replace(level, typical=known.typical, sources=known.sources, step=known.step)
 
 
-def _plane(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
+def _plane(placed: Placed, given: Mapping[str, float], kind: str, known_level: NoiseLevel | None) -> NoiseLevel:
     count = placed.rows.height
+    usual = known_level.step if known_level else None
     vertical = placed.components[2] if placed.axes == 3 else None
     measured = np.isfinite(placed.plane[:, 0]) & np.isfinite(placed.plane[:, 1])
+    # of all rows a view is enough
+    which = slice(None) if measured.all() else measured
     velocity = np.zeros((count, 2))
-    velocity[measured] = rough_velocity(placed.time[measured], placed.plane[measured], _starts(placed, measured))
+    starts = _starts(placed, measured)
+    velocity[which] = rough_velocity(placed.time[which], placed.plane[which], starts, usual=usual)
     source, group, of_source = _groups(placed)
-    some = placed.time[measured], placed.plane[measured], velocity[measured], _starts(placed, measured)
-    found, stamps = plane_scatter(*some, group[measured], of_source.size)
+    some = placed.time[which], placed.plane[which], velocity[which], starts
+    found, stamps = plane_scatter(*some, group[which], of_source.size, usual)
+    if known_level:
+        of_rows = _Known(known_level, source, of_source, _by_target(placed))
+        found, stamps = of_rows.figures("position_sd", found), of_rows.figures("time_sd", stamps)
     position, origin = _decide(given.get("position"), found, of_source, KINDS[kind].position_sd)
     stamps = np.where(np.isnan(found), 0.0, stamps)
     if "position" in given or "time" in given:
@@ -99,7 +121,9 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
             # heights that were filled in say nothing of the noise of those that were measured
             known &= ~placed.rows["grounded"].to_numpy()
         some = placed.time[known], placed.height[known], _starts(placed, known), group[known]
-        found = component_sd(*some, of_source.size)
+        found = component_sd(*some, of_source.size, usual)
+        if known_level:
+            found = of_rows.figures("altitude_sd", found)
         asked = given.get("altitude", given.get("z"))
         figures["altitude_sd"], origins["altitude_sd"] = _decide(asked, found, of_source, USUAL_ALTITUDE_SD)
     lines = _lines(source, of_source, figures, origins, np.bincount(group[measured], minlength=of_source.size))
@@ -116,10 +140,27 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str) -> NoiseLevel:
     covariance[:, 0, 1] = covariance[:, 1, 0] = along_x * along_y
     if vertical:
         covariance[:, 2, 2] = sd["altitude_sd"] ** 2
+    if "cov_ee" in placed.rows.columns:
+        sd["position_sd"] = _as_placed(placed, covariance, sd["position_sd"])
     return NoiseLevel(covariance, _typical(sd, {"position": "position_sd", "altitude": "altitude_sd"}), lines)
 
 
-def _polar(placed: Placed, given: Mapping[str, float]) -> NoiseLevel:
+def _as_placed(placed: Placed, covariance: np.ndarray, sd: np.ndarray) -> np.ndarray:
+    """Put the covariance of a radar's plots on the map into `covariance`, in the axes of the frame; their sds (N,)."""
+    names = ("cov_ee", "cov_en", "cov_nn")
+    east, both, north = (placed.rows[name].to_numpy() for name in names)
+    turned = placed.frame.anchor_convergence if isinstance(placed.frame, DevelopedFrame) else np.zeros(len(sd))
+    cos, sin = np.cos(turned), np.sin(turned)
+    xx = cos**2 * east - 2.0 * cos * sin * both + sin**2 * north
+    yy = sin**2 * east + 2.0 * cos * sin * both + cos**2 * north
+    xy = cos * sin * (east - north) + (cos**2 - sin**2) * both
+    good = np.isfinite(xx + yy + xy)
+    covariance[good, 0, 0], covariance[good, 1, 1] = xx[good], yy[good]
+    covariance[good, 0, 1] = covariance[good, 1, 0] = xy[good]
+    return np.where(good, np.sqrt(0.5 * np.where(good, xx + yy, 1.0)), sd)
+
+
+def _polar(placed: Placed, given: Mapping[str, float], known_level: NoiseLevel | None) -> NoiseLevel:
     source, group, of_source = _groups(placed)
     figures, origins = {}, {}
     for column, name in enumerate(placed.components):
@@ -127,6 +168,8 @@ def _polar(placed: Placed, given: Mapping[str, float]) -> NoiseLevel:
         value = placed.z[known, column]
         value = np.unwrap(value) if name == "azimuth" else value
         found = component_sd(placed.time[known], value, _starts(placed, known), group[known], of_source.size)
+        if known_level:
+            found = _Known(known_level, source, of_source, False).figures(f"{name}_sd", found)
         figures[f"{name}_sd"], origins[f"{name}_sd"] = _decide(given.get(name), found, of_source, USUAL_POLAR_SD[name])
     counts = np.bincount(group, minlength=of_source.size)
     sd = {name: figure[group] for name, figure in figures.items()}
@@ -146,11 +189,32 @@ def _groups(placed: Placed) -> tuple[list[str], np.ndarray, np.ndarray]:
     """
     names = placed.rows["source"].unique(maintain_order=True)
     source = placed.rows["source"].replace_strict(names, np.arange(len(names)), return_dtype=pl.Int64).to_numpy()
-    if placed.components[:2] != ("x", "y") or not isinstance(placed.frame, DevelopedFrame) or placed.sensors_named:
+    if not _by_target(placed):
         return names.to_list(), source, np.arange(len(names))
     target = np.cumsum(changes(placed.rows["target"])) - 1
     pair, group = np.unique(target * len(names) + source, return_inverse=True)
     return names.to_list(), group, pair % len(names)
+
+
+def _by_target(placed: Placed) -> bool:
+    """Whether targets report themselves, so that each is a source of its own."""
+    return placed.components[:2] == ("x", "y") and isinstance(placed.frame, DevelopedFrame) and not placed.sensors_named
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What other rows of the same table say of these groups."""
+
+    level: NoiseLevel
+    names: list[str]
+    of_source: np.ndarray
+    by_target: bool
+
+    def figures(self, name: str, found: np.ndarray) -> np.ndarray:
+        """A source's figure is the known one; a target's is its own, where it has one."""
+        known = np.array([self.level.figure(source, name) for source in self.names])[self.of_source]
+        first, second = (found, known) if self.by_target else (known, found)
+        return np.where(np.isfinite(first) & ((first > 0) | (name == "time_sd")), first, second)
 
 
 def _lines(

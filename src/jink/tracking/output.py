@@ -7,6 +7,7 @@ they follow from kinematics: a = ω × v, and ω = (v × a) / |v|².
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ import polars as pl
 
 from ..estimate import STATUS, Status
 from ..io.geodesy import DevelopedFrame, SiteFrame
+from ..io.kept import unmarked
+from ..io.stages import stage
 from .placing import Placed
 
 SLOW = 1e-6  # m/s: below this speed a course means nothing
@@ -23,6 +26,8 @@ NIS_BAND = {
     2: (0.0506, 7.3778),
     3: (0.2158, 9.3484),
     4: (0.4844, 11.1433),
+    5: (0.8312, 12.8325),
+    6: (1.2373, 14.4494),
 }  # central 95 % of χ²
 
 
@@ -55,10 +60,12 @@ class State:
         return np.sqrt(np.maximum(variance, 0.0))
 
 
+@stage("table")
 def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
     """One row per row of `placed`: the columns that `jink.track` documents, nulls where nothing is known."""
     state = State(estimate.x, estimate.P, estimate.components)
     columns, sds = _kinematics(state)
+    _unknown_velocity(state, np.asarray(estimate.status), columns, sds)
     place, convergence = _position(placed, state)
     columns["course"] = np.mod(columns["course"] + convergence, 2.0 * np.pi)
     head: dict[str, Any] = {
@@ -79,21 +86,27 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
         status=pl.Series(np.asarray(estimate.status)).replace_strict(
             list(Status), STATUS, return_dtype=pl.Enum(STATUS)
         ),
-        segment=_segments(manoeuvring, placed.new) if any(estimate.non_manoeuvring) else pl.lit(None, pl.Int32),
+        segment=segments(manoeuvring, placed.new) if any(estimate.non_manoeuvring) else pl.lit(None, pl.Int32),
         file=placed.rows["file"],
         row=placed.rows["row"],
     )
+    if placed.axes == 3:
+        table = table.with_columns(altitude_status=_altitude_status())
     if absolute:
         table = table.with_columns((pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC")))
-    return table.select(_ordered(table.columns))
+    if "on_ground" in placed.rows.columns:
+        table = table.with_columns(on_ground=placed.rows["on_ground"])
+    return table.select(_ordered(table.columns)).with_columns(**unmarked(placed.rows, table.columns))
 
 
 def _ordered(names: list[str]) -> list[str]:
     """Columns in the documented order: quantities, modes, manoeuvre, and where a row came from at the end."""
     late = [
+        "altitude_status",
         "manoeuvring",
         "segment",
         "status",
+        "on_ground",
         "measured_x",
         "measured_y",
         "measured_z",
@@ -146,6 +159,24 @@ def _kinematics(state: State) -> tuple[dict[str, np.ndarray], dict[str, np.ndarr
     return columns, sds
 
 
+def _unknown_velocity(
+    state: State, status: np.ndarray, columns: dict[str, np.ndarray], sds: dict[str, np.ndarray]
+) -> None:
+    """A track that has begun from one position says nothing of its velocity: it is null, not zero."""
+    unknown = (state["vx"] == 0.0) & (state["vy"] == 0.0) & (status != Status.updated)
+    if unknown.any():
+        for name in ("velocity_x", "velocity_y", "velocity_z", "speed", "climb_rate"):
+            if name in columns:
+                columns[name] = np.where(unknown, np.nan, columns[name])
+        sds["course_sd"] = np.where(unknown, np.nan, sds["course_sd"])
+
+
+def _altitude_status() -> pl.Expr:
+    """The status of the height alone: what was not measured is predicted, whatever else was."""
+    known = pl.col("measured_z").is_not_null()
+    return pl.when(known).then(pl.col("status")).otherwise(pl.lit("predicted").cast(pl.Enum(STATUS)))
+
+
 def _position(placed: Placed, state: State) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Latitude, longitude, altitude as far as there is a map, and the convergence of its meridians."""
     x, y = state["px"], state["py"]
@@ -162,7 +193,7 @@ def _position(placed: Placed, state: State) -> tuple[dict[str, np.ndarray], np.n
     return {}, np.zeros(x.size)
 
 
-def _segments(manoeuvring: np.ndarray, new: np.ndarray) -> pl.Series:
+def segments(manoeuvring: np.ndarray, new: np.ndarray) -> pl.Series:
     """Number of changes between quiet and manoeuvring since the part began, with hysteresis."""
     clear = np.where(manoeuvring > ON, 1, np.where(manoeuvring < OFF, 0, -1))
     clear[new & (clear < 0)] = 0
@@ -175,15 +206,37 @@ def _segments(manoeuvring: np.ndarray, new: np.ndarray) -> pl.Series:
     return pl.Series("segment", (total - base).astype(np.int32))
 
 
+@dataclass
+class NisCounts:
+    """How many rows were updated, how many of them have a NIS inside the central 95 % of χ², and the sum of NIS per
+    dimension.
+    """
+
+    rows: int = 0
+    inside: int = 0
+    total: float = 0.0
+
+    def add(self, table: pl.DataFrame) -> None:
+        """The updated rows of one more table of tracks."""
+        known = (table["status"] == "updated") & table["nis"].is_not_null() & (table["nis_dof"] > 0)
+        if not known.any():
+            return
+        nis, dof = table["nis"].filter(known).to_numpy(), table["nis_dof"].filter(known).to_numpy()
+        low = np.array([NIS_BAND.get(k, (0.0, np.inf))[0] for k in range(int(dof.max()) + 1)])[dof]
+        high = np.array([NIS_BAND.get(k, (0.0, np.inf))[1] for k in range(int(dof.max()) + 1)])[dof]
+        self.rows += nis.size
+        self.inside += int(((nis >= low) & (nis <= high)).sum())
+        self.total += float((nis / dof).sum())
+
+    def shares(self) -> dict[str, float]:
+        """Share inside, and mean per dimension; nothing where no row was updated."""
+        if not self.rows:
+            return {}
+        return {"inside_95": self.inside / self.rows, "mean_per_dimension": self.total / self.rows}
+
+
 def nis_share(table: pl.DataFrame) -> dict[str, float]:
     """Share of the NIS of updated rows inside the central 95 % of χ², and their mean per dimension."""
-    known = (table["status"] == "updated") & table["nis"].is_not_null() & (table["nis_dof"] > 0)
-    if not known.any():
-        return {}
-    nis, dof = table["nis"].filter(known).to_numpy(), table["nis_dof"].filter(known).to_numpy()
-    low = np.array([NIS_BAND.get(k, (0.0, np.inf))[0] for k in range(int(dof.max()) + 1)])[dof]
-    high = np.array([NIS_BAND.get(k, (0.0, np.inf))[1] for k in range(int(dof.max()) + 1)])[dof]
-    return {
-        "inside_95": float(((nis >= low) & (nis <= high)).mean()),
-        "mean_per_dimension": float((nis / dof).mean()),
-    }
+    counts = NisCounts()
+    counts.add(table)
+    return counts.shares()

@@ -10,6 +10,7 @@ import polars as pl
 
 from ..catalogue.choose import EARTH_RADIUS
 from ..io.geodesy import DevelopedFrame, SiteFrame, develop
+from ..io.stages import stage
 from ..models.observed import to_positions
 from .cleaning import changes
 
@@ -41,13 +42,14 @@ class Placed:
         """Where parts begin, and the end: (B + 1,)."""
         return np.r_[np.flatnonzero(self.new), self.new.size].astype(np.int64)
 
-    def some(self, rows: slice) -> Placed:
-        """Whole parts of it."""
+    def some(self, rows: slice | np.ndarray) -> Placed:
+        """Whole parts of it, or rows by their numbers."""
         cut = {name: getattr(self, name)[rows] for name in ("rows", "time", "z", "plane", "height", "new")}
         frame = self.frame.rows(rows) if isinstance(self.frame, DevelopedFrame) else self.frame
         return replace(self, **cut, frame=frame)
 
 
+@stage("place")
 def place(
     rows: pl.DataFrame,
     position: str,
@@ -66,7 +68,7 @@ def place(
     has = (heights >= 2)[index]
     groups = [(has, 3, name), (~has, 2, None)]
     return [
-        lay(rows.filter(pl.Series(mask)), position, site, n, third, sensors_named)
+        lay(rows if mask.all() else rows.filter(pl.Series(mask)), position, site, n, third, sensors_named)
         for mask, n, third in groups
         if mask.any()
     ]

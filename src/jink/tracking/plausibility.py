@@ -15,7 +15,9 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.targets import KINDS, Kind
+from .correlated import correlated_errors
 from .several import FACTOR, several_targets
+from .slant import slant_height
 
 FEWEST = 10  # measured rows of a target; of fewer nothing is said
 TOO_FAST = 1.5  # times the kind's speed, by the median of a target
@@ -29,6 +31,7 @@ HOPELESS = 0.4  # the same, above which the tracks are worth nothing
 LEAST_SD, LARGEST_SD = 0.005, 20e3  # m, of a position's estimated noise
 NIS_MEAN = (0.05, 5.0)  # per dimension
 NIS_ROWS = 100
+CORRELATED = 0.5  # share of the targets whose errors are correlated
 COARSE = 1800.0  # s: an even step of at least this is a clock of half hours or hours
 OLDEST = datetime(1990, 1, 1, tzinfo=UTC)
 NAMED = 5  # targets that a finding names
@@ -61,16 +64,56 @@ class Finding:
         return f"{who}: {self.what}. Likely: {self.likely}. {self.mend}"
 
 
-def findings(tracks: pl.DataFrame, noise: Sequence[dict[str, Any]], kind: str, consistency: dict[str, float]) -> Any:
+@dataclass(frozen=True)
+class Seen:
+    """What the checks look at, of whole targets: a row for each target, those under whose name there are several, rows
+    of impossible dates, the number, least and largest of the steps of time, and how many rows were scored.
+    """
+
+    targets: pl.DataFrame
+    shared: dict[str, int]
+    dates: pl.DataFrame
+    steps: tuple[int, float, float]
+    scored: int
+
+    @classmethod
+    def of(cls, tracks: pl.DataFrame, kind: str) -> Seen:
+        """Of a table of tracks."""
+        targets = _by_target(tracks, KINDS[kind]).join(
+            _lasting(tracks, KINDS[kind]), on="target", how="left", maintain_order="left"
+        )
+        names = targets.filter(_suspect())["target"]
+        shared = {name: count for name in names if (count := several_targets(tracks, name, KINDS[kind])) > 1}
+        # plots without identity have no NIS
+        scored = int(((tracks["status"] == "updated") & tracks["nis"].is_not_null()).sum()) if "nis" in tracks else 0
+        return cls(targets, shared, _wrong_dates(tracks), _steps(tracks), scored)
+
+    @classmethod
+    def together(cls, some: Sequence[Seen]) -> Seen:
+        """Of tables that have no target in common."""
+        count = sum(seen.steps[0] for seen in some)
+        least, most = (pick(seen.steps[k] for seen in some) for pick, k in ((min, 1), (max, 2)))
+        return cls(
+            pl.concat([seen.targets for seen in some]),
+            {name: count for seen in some for name, count in seen.shared.items()},
+            pl.concat([seen.dates for seen in some]),
+            (count, least, most),
+            sum(seen.scored for seen in some),
+        )
+
+
+def findings(seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency: dict[str, float]) -> Any:
     """All findings of a run, and whether nothing plausible is left: every target is fatally wrong."""
-    targets = _by_target(tracks, KINDS[kind])
+    targets = seen.targets
     found = [
         *_motion(targets, kind),
-        *_rejections(tracks, targets, KINDS[kind]),
+        *_rejections(targets, seen.shared),
         *_stillness(targets),
         *_noise(noise, targets),
-        *_times(tracks, targets),
-        *_consistency(tracks, targets, consistency),
+        *_times(seen),
+        *_consistency(seen, consistency),
+        *_errors(targets, noise),
+        *_slant(targets, noise),
     ]
     lost = {name for finding in found if finding.fatal for name in finding.targets}
     hopeless = bool(lost) and sum(f.count for f in found if f.fatal) >= targets.height
@@ -166,12 +209,19 @@ def _faster(speed: float) -> str:
     return f"--kind {kinds[0][1]} expects up to {kinds[0][0]:g} m/s; " if kinds else ""
 
 
-def _rejections(tracks: pl.DataFrame, targets: pl.DataFrame, kind: Kind) -> Iterator[Finding]:
+def _often_rejected() -> pl.Expr:
+    return (pl.col("rejected") >= REJECTED_ROWS) & (pl.col("rejected") > REJECTED * pl.col("measured"))
+
+
+def _suspect() -> pl.Expr:
+    """Targets whose name may be that of several."""
+    return _often_rejected() | (pl.col("jumps") > JUMPS)
+
+
+def _rejections(targets: pl.DataFrame, shared: dict[str, int]) -> Iterator[Finding]:
     """Targets whose positions the filter does not believe, told apart by whether several targets share a name."""
-    rejected = (pl.col("rejected") >= REJECTED_ROWS) & (pl.col("rejected") > REJECTED * pl.col("measured"))
-    suspect = targets.filter(rejected | (pl.col("jumps") > JUMPS))
-    shared = {name: count for name in suspect["target"] if (count := several_targets(tracks, name, kind)) > 1}
-    bad = suspect.filter(rejected | pl.col("target").is_in(list(shared))).with_columns(
+    suspect = targets.filter(_suspect())
+    bad = suspect.filter(_often_rejected() | pl.col("target").is_in(list(shared))).with_columns(
         (pl.col("rejected") > HOPELESS * pl.col("measured")).alias("hopeless")
     )
     for several in (True, False):
@@ -237,51 +287,117 @@ def _noise(noise: Sequence[dict[str, Any]], targets: pl.DataFrame) -> Iterator[F
         )
 
 
-def _times(tracks: pl.DataFrame, targets: pl.DataFrame) -> Iterator[Finding]:
-    """Dates that cannot be, and clocks that tick in minutes or hours."""
+def _wrong_dates(tracks: pl.DataFrame) -> pl.DataFrame:
+    """Target and time of rows before satellites told the time, or after tomorrow."""
+    if not isinstance(tracks.schema["time"], pl.Datetime):
+        return tracks.select("target", "time").clear()
+    late = pl.col("time") > datetime.now(UTC) + timedelta(days=1)
+    return tracks.lazy().filter((pl.col("time") < OLDEST) | late).select("target", "time").collect()
+
+
+def _steps(tracks: pl.DataFrame) -> tuple[int, float, float]:
+    """The number, least and largest of the times between two rows of a target (s)."""
     time = tracks["time"]
-    if isinstance(time.dtype, pl.Datetime):
-        wrong = tracks.filter((pl.col("time") < OLDEST) | (pl.col("time") > datetime.now(UTC) + timedelta(days=1)))
-        if wrong.height:
-            some = targets.filter(pl.col("target").is_in(wrong["target"].unique().to_list()))
-            yield Finding(
-                "dates",
-                f"dates from {wrong['time'].min():%Y-%m-%d} to {wrong['time'].max():%Y-%m-%d}",  # type: ignore[str-format]
-                **{**_named(some), "rows": wrong.height},
-                likely="a wrong unit or form of time, or a receiver's clock that was not set",
-                mend="--time-unit or --time-format says how time is written",
-            )
-        seconds = time.dt.epoch("ms").to_numpy() / 1e3
-    else:
-        seconds = time.to_numpy()
+    seconds = time.dt.epoch("ms").to_numpy() / 1e3 if isinstance(time.dtype, pl.Datetime) else time.to_numpy()
     inside = (tracks["target"] == tracks["target"].shift(1)).fill_null(False).to_numpy()[1:]
     step = np.diff(seconds)[inside]
     step = step[step > 0]
-    if step.size >= FEWEST and step.min() >= COARSE and np.ptp(step) < 1e-6 * step[0]:
+    return (step.size, float(step.min()), float(step.max())) if step.size else (0, np.inf, -np.inf)
+
+
+def _times(seen: Seen) -> Iterator[Finding]:
+    """Dates that cannot be, and clocks that tick in minutes or hours."""
+    wrong, targets = seen.dates, seen.targets
+    if wrong.height:
+        some = targets.filter(pl.col("target").is_in(wrong["target"].unique().to_list()))
+        yield Finding(
+            "dates",
+            f"dates from {wrong['time'].min():%Y-%m-%d} to {wrong['time'].max():%Y-%m-%d}",  # type: ignore[str-format]
+            **{**_named(some), "rows": wrong.height},
+            likely="a wrong unit or form of time, or a receiver's clock that was not set",
+            mend="--time-unit or --time-format says how time is written",
+        )
+    count, least, most = seen.steps
+    if count >= FEWEST and least >= COARSE and most - least < 1e-6 * least:
         yield Finding(
             "coarse_step",
-            f"every step is exactly {step[0]:g} s",
+            f"every step is exactly {least:g} s",
             **_named(targets),
             likely="time stamps that lost their minutes or seconds, or positions that were sampled before",
             mend="--time-format or --columns time=NAME reads them; a track between such rows is a guess",
         )
 
 
-def _consistency(tracks: pl.DataFrame, targets: pl.DataFrame, consistency: dict[str, float]) -> Iterator[Finding]:
+def _consistency(seen: Seen, consistency: dict[str, float]) -> Iterator[Finding]:
     """The innovations of all rows against what the filter says of them."""
     mean = consistency.get("mean_per_dimension")
     if mean is None or NIS_MEAN[0] <= mean <= NIS_MEAN[1]:
         return
-    if ((tracks["status"] == "updated") & tracks["nis"].is_not_null()).sum() < NIS_ROWS:
+    if seen.scored < NIS_ROWS:
         return
     large = mean > NIS_MEAN[1]
     yield Finding(
         "inconsistent",
         f"innovations are {np.sqrt(mean):.2g} times what the filter expects (mean NIS {mean:.2g} per dimension)",
-        **_named(targets),
+        **_named(seen.targets),
         likely="noise that is set too small, or another kind of target" if large else "noise that is set too large",
         mend="--sensor-sd sets the noise, --kind the motion",
     )
+
+
+def _errors(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[Finding]:
+    """Errors that last: their estimated sd is that of their changes, which is too small."""
+    estimated = [line["position_sd"] for line in noise if line.get("position_sd_from") == "estimated"]
+    if not estimated:
+        return
+    assumed = max(estimated)
+    some = targets.filter(pl.col("error_sd") > 2.0 * assumed)
+    if not some.height or some.height < CORRELATED * targets.height:
+        return
+    sd, seconds = np.median(some["error_sd"].to_numpy()), np.median(some["error_seconds"].to_numpy())
+    yield Finding(
+        "correlated",
+        f"errors of about {sd:.2g} m lasting about {seconds:.2g} s; the track takes {assumed:.2g} m of them for noise "
+        "and the rest for motion, so its sds are too small",
+        **_named(some),
+        likely="a satellite receiver, or positions that were smoothed before",
+        mend=f"--sensor-sd {sd:.2g} counts them as noise",
+    )
+
+
+def _lasting(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
+    """Of each target: sd and seconds of errors that last, and the height above the radar that ranges without heights
+    show; null where nothing shows."""
+    rows = tracks.lazy().filter(pl.col("status").is_in(["updated", "initialised"]) & pl.col("measured_x").is_not_null())
+    table = rows.select("target", "part", "time", "measured_x", "measured_y").collect()
+    of = table.select(pl.struct("target", "part").rle_id().alias("part"))["part"].to_numpy().astype(np.int64)
+    starts = np.flatnonzero(np.diff(of, prepend=-1))
+    time = table["time"]
+    seconds = time.dt.epoch("us").to_numpy() / 1e6 if isinstance(time.dtype, pl.Datetime) else time.to_numpy()
+    plane = table.select("measured_x", "measured_y").to_numpy()
+    sd, lasting = correlated_errors(seconds, plane, of, starts.size)
+    slant = np.full(starts.size, np.nan)
+    if "measured_z" not in tracks.columns and kind.extent[1] >= 1e3:
+        slant = np.array([slant_height(seconds[of == k], plane[of == k]) for k in range(starts.size)])
+    found = {"error_sd": sd, "error_seconds": lasting, "slant": slant.astype(float)}
+    parts = pl.DataFrame({"target": table["target"].gather(starts), **found}).with_columns(
+        pl.col(list(found)).fill_nan(None)
+    )
+    return parts.group_by("target").agg(pl.col(list(found)).median())
+
+
+def _slant(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[Finding]:
+    """Ranges without heights of targets that fly high above the radar."""
+    high = targets.filter(pl.col("slant").is_not_null())
+    if high.height and any("range_sd" in line for line in noise):
+        yield Finding(
+            "slant_range",
+            f"paths bend as those of targets {high['slant'].min():.0f} to {high['slant'].max():.0f} m above the radar "
+            "do",
+            **_named(high),
+            likely="slant ranges without heights, taken for ranges along the ground",
+            mend="--columns elevation_deg=NAME or altitude=NAME gives the heights",
+        )
 
 
 def _range(values: pl.Series) -> str:

@@ -6,7 +6,7 @@ Tracks of files, streams and races on recorded positions all come this way, so t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,10 +18,16 @@ from ..catalogue.targets import kind_of
 from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.measurements import Measurements
+from . import range_rate, velocity_use
 from .cleaning import Cleaned, Cleaning, changes, clean
+from .converted import as_positions
+from .held_out import Used
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
+from .several_sites import to_the_map
+
+EVIDENCE = 1_000_000  # rows that tell what holds for all targets of a larger table
 
 
 @dataclass(frozen=True)
@@ -41,6 +47,9 @@ class Settings:
     drop_stale: bool = True
     check: bool = True
     threads: int | None = None
+    velocity: bool = True
+    every: float | None = None
+    sites: dict[str, SiteFrame] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         kind_of(self.kind)
@@ -84,7 +93,8 @@ class Pace(NamedTuple):
 class Group:
     """Parts with the same number of axes: their rows, noise, the purpose a filter is made for, and the filter.
 
-    covariance of each row's measurement; None where the filter's sensor says it.
+    covariance of each row's measurement; None where the filter's sensor says it. rates: what reported velocities are
+    used, and why.
     """
 
     placed: Placed
@@ -92,6 +102,7 @@ class Group:
     purpose: Purpose
     filter: Any
     covariance: np.ndarray | None
+    rates: Used = field(default_factory=Used)
 
 
 @dataclass(frozen=True)
@@ -103,9 +114,41 @@ class Prepared:
     groups: list[Group]
 
 
-def prepare(measurements: Measurements, settings: Settings) -> Prepared:
-    """Clean, place, tell the noise and choose filters; the measurements' own rows are let go. Errors: InputError."""
-    pace = Pace.of(usual_step(measurements.rows), settings)
+@dataclass(frozen=True)
+class Known:
+    """What some targets of a large table show, and what holds for all of them: pace, and by number of axes the noise
+    and the filter.
+    """
+
+    pace: Pace
+    levels: dict[int, NoiseLevel]
+    filters: dict[int, tuple[Purpose, Any]]
+    rates: dict[int, Used]
+
+    @classmethod
+    def of(cls, prepared: Prepared) -> Known:
+        """As the prepared rows show it."""
+        step = prepared.pace.step or None
+        levels = {
+            group.placed.axes: NoiseLevel(group.level.covariance[:1], group.level.typical, group.level.sources, step)
+            for group in prepared.groups
+        }
+        filters = {group.placed.axes: (group.purpose, group.filter) for group in prepared.groups}
+        return cls(prepared.pace, levels, filters, {group.placed.axes: group.rates for group in prepared.groups})
+
+
+def prepare(measurements: Measurements, settings: Settings, known: Known | None = None) -> Prepared:
+    """Clean, place, tell the noise and choose filters; the measurements' own rows are let go. Errors: InputError.
+
+    known: what holds for all rows of a larger table. Where there are more rows than `EVIDENCE`, targets of about so
+    many tell pace, noise and filter for all.
+    """
+    if settings.sites:
+        to_the_map(measurements, settings.sites, settings.sensor_sd, settings.kind)
+    if known is None and (some := evidence(measurements.rows)) is not None:
+        rows = measurements.rows.join(some, on="target", how="semi", maintain_order="left")
+        known = Known.of(prepare(replace(measurements, rows=rows), replace(settings, sites={})))
+    pace = known.pace if known else Pace.of(usual_step(measurements.rows), settings)
     fastest = kind_of(settings.kind).speed if settings.check else 0.0
     how = Cleaning(pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale, fastest)
     cleaned = clean(measurements.rows, measurements.position, how)
@@ -113,21 +156,67 @@ def prepare(measurements: Measurements, settings: Settings) -> Prepared:
     site = None if measurements.position == "geographic" else settings.site
     named = "source" in measurements.named
     placed = place(cleaned.rows, measurements.position, site, axes_of(settings.filter), named)
-    return Prepared(cleaned, pace, [_group(each, pace, settings) for each in placed])
+    return Prepared(cleaned, pace, [_group(each, pace, settings, known) for each in placed])
 
 
-def _group(placed: Placed, pace: Pace, settings: Settings) -> Group:
-    level = noise_levels(placed, settings.sensor_sd, settings.kind)
-    purpose, filter = choose(placed.components, level.typical, pace, settings)
-    covariance = None
+def evidence(rows: pl.DataFrame) -> pl.DataFrame | None:
+    """Whole targets of about `EVIDENCE` rows, drawn by their names; None where these are all. rows: with `target`."""
+    if rows.height <= EVIDENCE:
+        return None
+    return drawn(rows.group_by("target").len("rows"))
+
+
+def drawn(counts: pl.DataFrame) -> pl.DataFrame | None:
+    """The same from `target` and its number of `rows`."""
+    some = counts.filter(pl.col("rows") <= EVIDENCE)
+    if not some.height:
+        some = counts.sort("rows", "target").head(1)
+    else:
+        some = some.sort(pl.col("target").hash(seed=1), "target").filter(pl.col("rows").cum_sum() <= EVIDENCE)
+    return some.select("target") if some.height and some.height < counts.height else None
+
+
+def _group(placed: Placed, pace: Pace, settings: Settings, known: Known | None) -> Group:
+    of_all = known.levels.get(placed.axes) if known else None
+    level = noise_levels(placed, settings.sensor_sd, settings.kind, of_all)
     named = settings.filter is None or isinstance(settings.filter, str)
+    polar, converted, used = placed.components[0] == "range", False, Used()
+    if named and settings.velocity:
+        use = range_rate if polar else velocity_use
+        if known is not None and of_all is not None:
+            used = known.rates[placed.axes]
+            placed, level = use.as_decided(placed, level, used)
+        else:
+            placed, level, used = use.decided(
+                placed, level, settings.sensor_sd, lambda names, sd: choose(names, sd, pace, settings)[1]
+            )
+    elif not named:
+        placed, level = _as_measured(placed, level, settings.filter)
+        converted = polar and placed.components[0] != "range"
+    if known is not None and of_all is not None:
+        purpose, filter = known.filters[placed.axes]
+    else:
+        purpose, filter = choose(placed.components, level.typical, pace, settings)
+    covariance = None
     # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
     if named or getattr(filter, "fitted", {}).get("noise") == "of each row":
         begin_with_height(placed, level.covariance)
-        covariance = None if level.uniform else level.covariance
-    elif settings.sensor_sd:
+        covariance = None if level.uniform and known is None else level.covariance
+    elif settings.sensor_sd or converted:
         covariance = level.covariance
-    return Group(placed, level, purpose, filter, covariance)
+    return Group(placed, level, purpose, filter, covariance, used)
+
+
+def _as_measured(placed: Placed, level: NoiseLevel, filter: Any) -> tuple[Placed, NoiseLevel]:
+    """With the rates that the sensor of a user's filter has, where the table has them too."""
+    wanted = getattr(next(iter(getattr(filter, "sensors", ())), None), "components", ())
+    if "range_rate" in wanted and placed.components[0] == "range":
+        return range_rate.as_measured(placed, level)
+    if tuple(wanted) == ("x", "y", "z")[: placed.axes] and placed.components[0] == "range":
+        return as_positions(placed, level)
+    if "vx" in wanted and placed.components[0] != "range":
+        return velocity_use.as_measured(placed, level)
+    return placed, level
 
 
 def choose(components: Sequence[str], sd: Mapping[str, float], pace: Pace, settings: Settings) -> tuple[Purpose, Any]:
@@ -135,6 +224,12 @@ def choose(components: Sequence[str], sd: Mapping[str, float], pace: Pace, setti
     radius = settings.site.earth_radius if settings.site else EARTH_RADIUS
     purpose = purpose_of(components, sd, settings.kind, pace.wait, pace.step or 1.0, radius)
     return purpose, chosen(settings.filter, purpose, components)
+
+
+def sites_of(given: Mapping[str, Sequence[float]]) -> tuple[SiteFrame | None, dict[str, SiteFrame]]:
+    """The one site without a name, and sites by the names of their sources."""
+    frames = {name: SiteFrame(*place) for name, place in given.items()}
+    return frames.pop("", None), frames
 
 
 def usual_step(rows: pl.DataFrame) -> float:

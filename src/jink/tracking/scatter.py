@@ -25,25 +25,35 @@ MEDIAN, TAIL = (
     1.4826,
     1.0 / 1.6449,
 )  # sd of a Gaussian over the 50 % and the 90 % quantile of its absolute values
+BLOCK = 500_000  # differences that are formed at once, to bound memory
 LEAST = 20  # differences needed for an estimate
 ROUNDING = 1e-7  # m or rad: changes below it are of the arithmetic, not of a sensor
 MOVING = 5.0  # m/s: slower targets have no direction to speak of
 
 
-def third_differences(time: np.ndarray, value: np.ndarray, new: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def third_differences(
+    time: np.ndarray, value: np.ndarray, new: np.ndarray, usual: float | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Noise-only combinations of four successive values of one track, and the index of the second.
 
     time (N,) s; value (N,) or (N, m); new (N,) marks the first row of each track. Windows with a step beyond
-    three times the median step are left out: there, motion would no longer cancel.
+    three times the usual one (s; None: the median) are left out: there, motion would no longer cancel.
     """
     count = time.size
     if count < 4:
         return np.zeros((0, *value.shape[1:])), np.zeros(0, int)
     step = np.diff(time)
     inside = ~new[1:]
-    usual = float(np.median(step[inside])) if inside.any() else 0.0
+    if usual is None:
+        usual = float(np.median(step[inside])) if inside.any() else 0.0
     fine = inside & (step > 0) & (step <= 3.0 * max(usual, 1e-9))
     index = np.flatnonzero(fine[:-2] & fine[1:-1] & fine[2:])
+    blocks = [_differences(time, value, index[k : k + BLOCK]) for k in range(0, max(index.size, 1), BLOCK)]
+    return np.concatenate(blocks), index + 1
+
+
+def _differences(time: np.ndarray, value: np.ndarray, index: np.ndarray) -> np.ndarray:
+    """The combinations of four values from those at `index` on."""
     t = [time[index + k] for k in range(4)]
     weights = []
     for i in range(4):
@@ -54,17 +64,18 @@ def third_differences(time: np.ndarray, value: np.ndarray, new: np.ndarray) -> t
         weights.append(1.0 / product)
     scale = np.sqrt(sum(w * w for w in weights))
     shape = (-1,) + (1,) * (value.ndim - 1)
-    total = sum((w / scale).reshape(shape) * value[index + k] for k, w in enumerate(weights))
-    return np.asarray(total), index + 1
+    return np.asarray(sum((w / scale).reshape(shape) * value[index + k] for k, w in enumerate(weights)))
 
 
-def component_sd(time: np.ndarray, value: np.ndarray, new: np.ndarray, group: np.ndarray, groups: int) -> np.ndarray:
+def component_sd(
+    time: np.ndarray, value: np.ndarray, new: np.ndarray, group: np.ndarray, groups: int, usual: float | None = None
+) -> np.ndarray:
     """Standard deviation of one measured component by group (G,), at least its step of quantisation over √12.
 
     group (N,) numbers the source (or target) of each row below `groups`; NaN where there was too little. A value that
     only repeats, as the height of a level flight does, says nothing of its error.
     """
-    difference, index = third_differences(time, value, new)
+    difference, index = third_differences(time, value, new, usual)
     sd = MEDIAN * grouped_quantile(np.abs(difference), group[index], groups, 0.5)
     step = np.abs(np.diff(value, prepend=np.nan))
     step[new | (step < ROUNDING)] = np.nan
@@ -73,7 +84,13 @@ def component_sd(time: np.ndarray, value: np.ndarray, new: np.ndarray, group: np
 
 
 def plane_scatter(
-    time: np.ndarray, plane: np.ndarray, velocity: np.ndarray, new: np.ndarray, group: np.ndarray, groups: int
+    time: np.ndarray,
+    plane: np.ndarray,
+    velocity: np.ndarray,
+    new: np.ndarray,
+    group: np.ndarray,
+    groups: int,
+    usual: float | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Scatter of positions (m) and of time stamps (s) by group, (G,) each; NaN where there was too little.
 
@@ -81,7 +98,7 @@ def plane_scatter(
     from the median, the time stamps' from the 90 % quantile: they are rounded and delayed, and their errors
     have shoulders, not tails.
     """
-    difference, index = third_differences(time, plane, new)
+    difference, index = third_differences(time, plane, new, usual)
     v, of = velocity[index], group[index]
     speed = np.hypot(v[:, 0], v[:, 1])
     speed[speed < MOVING] = np.nan
@@ -106,6 +123,9 @@ def plane_scatter(
 def grouped_quantile(value: np.ndarray, group: np.ndarray, groups: int, share: float, least: int = LEAST) -> np.ndarray:
     """Quantile of the known values of every group (G,); NaN where fewer than `least` are known."""
     known = np.isfinite(value)
+    if groups == 1:
+        some = pl.Series(value[known])
+        return np.array([some.quantile(share) if len(some) >= least else np.nan])
     table = pl.DataFrame({"group": group[known], "value": value[known]})
     found = table.group_by("group").agg(pl.len().alias("count"), pl.col("value").quantile(share))
     enough = found.filter(pl.col("count") >= least)
@@ -114,17 +134,20 @@ def grouped_quantile(value: np.ndarray, group: np.ndarray, groups: int, share: f
     return result
 
 
-def rough_velocity(time: np.ndarray, plane: np.ndarray, new: np.ndarray, seconds: float = 2.0) -> np.ndarray:
+def rough_velocity(
+    time: np.ndarray, plane: np.ndarray, new: np.ndarray, seconds: float = 2.0, usual: float | None = None
+) -> np.ndarray:
     """Velocity (N, 2) in m/s: the median of a step back, one forward and a wide one, so no jump decides it.
 
-    A step reaches over about `seconds` at the usual rate, at least one row; 0 where a track is a single
-    position.
+    A step reaches over about `seconds` at the usual rate (one row in `usual` s; None: as the median step says), at
+    least one row; 0 where a track is a single position.
     """
     count = time.size
     if count < 2:
         return np.zeros((count, 2))
     inside = ~new[1:]
-    usual = float(np.median(np.diff(time)[inside])) if inside.any() else seconds
+    if usual is None:
+        usual = float(np.median(np.diff(time)[inside])) if inside.any() else seconds
     reach = int(np.clip(np.ceil(seconds / max(usual, 1e-9)), 1, 50))
     starts = np.flatnonzero(new)
     lengths = np.diff(np.r_[starts, count])

@@ -40,6 +40,10 @@ def summarise(
         parts = sum(int(group.new.sum()) for group in flat)
         which = "all" if len(groups) == 1 else f"{parts}"
         notes.append(f"{which} parts have no altitude and are tracked in the plane (2-D)")
+    used = [group.rates for group in groups if group.rates.notes]
+    if any(rates.sd for rates in used):
+        notes += loaded.measurements.rate_notes
+    notes += [note for rates in used for note in rates.notes]
     return {
         "files": loaded.files,
         "rows": loaded.count,

@@ -78,8 +78,15 @@ def _report(message: Any, now: float | None) -> dict[str, Any]:
         "time": now,
         "latitude": float(message.lat),
         "longitude": float(message.lon),
-        "speed": float(message.speed) if message.speed is not None else None,
+        "speed": _available(message, "speed", 102.3),
+        "cog": _available(message, "course", 360.0),
     }
+
+
+def _available(message: Any, name: str, none: float) -> float | None:
+    """A field of the message, if it is below the value that says that there is none."""
+    value = getattr(message, name, None)
+    return float(value) if value is not None and float(value) < none - 1e-6 else None
 
 
 def _time(before: str, after: str) -> float | None:
@@ -110,6 +117,6 @@ FORMAT = Format(
     recognises,
     read,
     "a position report (messages 1, 2, 3, 9, 18, 19, 27)",
-    "mmsi, latitude, longitude, speed (knots); needs `jink[ais]`",
+    "mmsi, latitude, longitude, speed (knots), course; needs `jink[ais]`",
     "what the receiver wrote beside the sentence (tag block, epoch or ISO 8601), or base stations' reports",
 )

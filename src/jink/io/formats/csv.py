@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,12 +14,20 @@ from ..columns import normal
 from ..errors import InputError
 from ..rejected import unreadable
 from ..roles import POSITIONS, ROLES
-from .head import body, is_number
+from .head import body, first_line, is_number
 
 MISSING = ["", "NA", "N/A", "NaN", "nan", "NAN", "null", "NULL", "None", "none", "-", "--", "\\N"]
 
 # names of which a table may have but one
 NEEDED = {name for role in ("time", "target", *sum(POSITIONS.values(), ())) for name in ROLES[role][1]}
+
+
+def fields_of(file: str, line: str, separator: str) -> list[str]:
+    """The fields of one line. Errors: InputError with the line."""
+    try:
+        return next(csv.reader([line.rstrip("\r\n")], delimiter=separator), [])
+    except csv.Error as error:
+        raise InputError(f"{file}: the line {line[:80]!r} cannot be read as CSV: {error}") from None
 
 
 class CsvText:
@@ -27,8 +36,8 @@ class CsvText:
     def __init__(self, file: str, content: bytes):
         found = body(content)
         self.file, self.content, self.separator, self.notes = file, found.content, found.separator, found.notes
-        first = self.content.split(b"\n", 1)[0].decode("utf-8", errors="replace").rstrip("\r")
-        self.names = [name.strip() for name in next(csv.reader([first], delimiter=self.separator), [])]
+        first = first_line(self.content).decode("utf-8", errors="replace").rstrip("\r")
+        self.names = [name.strip() for name in fields_of(file, first, self.separator)]
         if self.names and all(is_number(name) for name in self.names):
             raise InputError(
                 f"{file} has no header: its first line is {first[:80]!r}. The first line must name the columns, "
@@ -38,7 +47,7 @@ class CsvText:
 
     def _told_apart(self, names: list[str]) -> list[str]:
         """Second columns of a name get a number, unless it names a time, a position or a target: which is meant?"""
-        double = sorted({name for name in names if name and names.count(name) > 1})
+        double = sorted(name for name, count in Counter(names).items() if name and count > 1)
         needed = [name for name in double if normal(name) in NEEDED]
         if needed:
             raise InputError(f"{self.file}: the header has the same column twice: {', '.join(needed)}")
@@ -51,13 +60,16 @@ class CsvText:
             out.append(name if seen[name] == 1 or not name else f"{name} ({seen[name]})")
         return out
 
-    def read(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
-        """The wanted columns of every row that has the right number of fields, and the rows that have not."""
+    def read(self, wanted: Sequence[str], *, typed: bool = True) -> tuple[pl.DataFrame, pl.DataFrame]:
+        """The wanted columns of every row that has the right number of fields, and the rows that have not.
+
+        typed: a column of numbers alone is one of numbers; else all are text.
+        """
         if not self._even():
             return self._line_by_line(wanted)
         ordered = sorted(wanted, key=self.names.index)
         attempts: list[dict[str, Any]] = [{"infer_schema_length": 10_000}, {"infer_schema": False}]
-        for options in attempts:
+        for options in attempts[not typed :]:
             try:
                 frame = pl.read_csv(
                     self.content,
@@ -80,7 +92,7 @@ class CsvText:
         if b'"' not in self.content:
             return self.content.count(self.separator.encode()) == lines * (len(self.names) - 1)
         last = self.content.rsplit(b"\n", 1)[-1].decode("utf-8", errors="replace")
-        return len(next(csv.reader([last], delimiter=self.separator), [])) == len(self.names)
+        return len(fields_of(self.file, last, self.separator)) == len(self.names)
 
     def _line_by_line(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
         text = io.StringIO(self.content.decode("utf-8", errors="replace").replace("\x00", ""), newline="")

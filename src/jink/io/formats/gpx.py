@@ -12,6 +12,9 @@ from .records import Format, Records
 POINTS = ("trkpt", "rtept", "wpt")
 
 
+NAMES = {"speed": "speed_mps", "course": "course_deg"}  # of GPX 1.0, and of extensions
+
+
 def recognises(head: bytes) -> bool:
     """Its root element is gpx."""
     return rooted(head, b"gpx")
@@ -58,6 +61,8 @@ def _point(element: ElementTree.Element) -> dict[str, Any]:
                 row["hdop"] = child.text.strip()
             elif name == "ele":
                 row["altitude_m"] = child.text.strip()
+            elif name in ("speed", "course"):
+                row[NAMES[name]] = child.text.strip()
     return row
 
 
@@ -66,7 +71,7 @@ FORMAT = Format(
     recognises,
     read,
     "a track point (without tracks: a route point or way point)",
-    "the track's name, lat, lon, ele (m)",
+    "the track's name, lat, lon, ele (m); speed (m/s) and course where a device adds them",
     "time, ISO 8601",
     "estimated, scaled by hdop where there is one",
 )

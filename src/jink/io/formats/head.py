@@ -39,19 +39,35 @@ def body(content: bytes) -> Body:
         lines = content.split(b"\n", skipped)
         content = lines[skipped]
         notes.append(f"{skipped} lines before the header are skipped")
-    first = content.split(b"\n", 1)[0].decode("utf-8", errors="replace").rstrip("\r")
+    first = first_line(content).decode("utf-8", errors="replace").rstrip("\r")
     if separator is None:
         separator = max(SEPARATORS, key=first.count)
         if first.count(separator) == 0 and len(first.split()) > 2 and _blanks(content):
             content = b"\n".join(b"\t".join(line.split()) for line in content.splitlines())
             separator = "\t"
-            first = content.split(b"\n", 1)[0].decode("utf-8", errors="replace")
+            first = first_line(content).decode("utf-8", errors="replace")
     content = _without(content, first, separator.encode(), notes)
     return Body(_even_ends(content, separator.encode()), separator, tuple(notes))
 
 
 def _first_lines(content: bytes) -> list[str]:
-    return [line.decode("utf-8", errors="replace").strip("\r") for line in content.split(b"\n", LINES)[:LINES]]
+    lines = content[: _end_of_line(content, LINES)].split(b"\n")
+    return [line.decode("utf-8", errors="replace").strip("\r") for line in lines]
+
+
+def _end_of_line(content: bytes, lines: int) -> int:
+    """Where the first lines end, so many of them; nothing of the others is copied."""
+    end = -1
+    for _ in range(lines):
+        end = content.find(b"\n", end + 1)
+        if end < 0:
+            return len(content)
+    return end
+
+
+def first_line(content: bytes) -> bytes:
+    """Up to the first line's end."""
+    return content[: _end_of_line(content, 1)]
 
 
 def _before_header(content: bytes, separator: str | None) -> int:
@@ -75,12 +91,20 @@ def _before_header(content: bytes, separator: str | None) -> int:
 def _names_position(line: str, separator: str | None) -> bool:
     """Whether a line has the names of a position and no numbers."""
     for sign in separator or SEPARATORS:
-        fields = next(csv.reader([line.replace("\x00", "")], delimiter=sign), []) if sign in line else []
+        fields = _fields(line.replace("\x00", ""), sign) if sign in line else []
         names = {re.sub(r"_(deg|m|km|ft|rad)$", "", normal(field)) for field in fields}
         pairs = [[set(ROLES[role][1]) for role in roles] for roles in POSITIONS.values()]
         if any(all(names & known for known in pair) for pair in pairs) and not any(map(is_number, fields)):
             return True
     return False
+
+
+def _fields(line: str, sign: str) -> list[str]:
+    """The fields of a line, none where it is no CSV."""
+    try:
+        return next(csv.reader([line], delimiter=sign), [])
+    except csv.Error:
+        return []
 
 
 def _blanks(content: bytes) -> bool:
@@ -97,7 +121,7 @@ def _without(content: bytes, header: str, sign: bytes, notes: list[str]) -> byte
     if not repeated and not comments:
         return content
     # a row may begin with such a sign too: then it has as many fields as the header
-    fields = content.split(b"\n", 1)[0].count(sign)
+    fields = first_line(content).count(sign)
     kept, again, remarks = [], 0, 0
     for number, line in enumerate(content.split(b"\n")):
         if number and line.rstrip(b"\r").decode("utf-8", errors="replace") == header:
@@ -115,16 +139,15 @@ def _without(content: bytes, header: str, sign: bytes, notes: list[str]) -> byte
 
 def _even_ends(content: bytes, separator: bytes) -> bytes:
     """A separator that ends every row but not the header, or the header but not the rows."""
-    pieces = content.split(b"\n", 2)
+    pieces = content[: _end_of_line(content, 2)].split(b"\n")
     if len(pieces) < 2 or b'"' in pieces[0] + pieces[1]:
         return content
     header, row = (piece.rstrip(b"\r") for piece in pieces[:2])
     more = row.count(separator) - header.count(separator)
-    rest = content[len(pieces[0]) :]
     if more == 1 and row.endswith(separator):
-        return header + separator + rest
+        return header + separator + content[len(pieces[0]) :]
     if more == -1 and header.endswith(separator):
-        return header[: -len(separator)] + rest
+        return header[: -len(separator)] + content[len(pieces[0]) :]
     return content
 
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 
 import polars as pl
@@ -19,6 +20,8 @@ from ..rejected import unreadable
 from .records import whole_text
 
 SAMPLE = 1000
+FEW = 20_000  # bytes of lines that are read one by one where one of them is bad
+PARTS = 16
 
 
 class JsonText:
@@ -44,21 +47,61 @@ class JsonText:
     def read(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
         """The wanted columns of every object, and the lines that are none."""
         typed = {name: _polars_type(self.types[name]) for name in wanted}
-        for schema in (typed, dict.fromkeys(wanted, pl.String)):
+        as_text = dict.fromkeys(wanted, pl.String)
+        for schema in (typed, as_text):
             try:
                 frame = pl.read_ndjson(self.lines, schema=schema)
             except (pl.exceptions.PolarsError, OSError):
+                if self.array is None and (parts := self._in_parts(wanted, schema, few=schema is typed)):
+                    return parts
                 continue
             if self.array is not None and frame.height != self.array.count(b"{"):
                 break  # nested objects, or braces in texts: look more closely
             return frame.with_row_index("row"), unreadable()
-        return self._value_by_value(wanted)
+        return self._value_by_value(wanted, self._records())
 
-    def _value_by_value(self, wanted: Sequence[str]) -> tuple[pl.DataFrame, pl.DataFrame]:
+    def _in_parts(
+        self, wanted: Sequence[str], typed: dict[str, Any], few: bool
+    ) -> tuple[pl.DataFrame, pl.DataFrame] | None:
+        """Lines of which some are bad: what can be read at once is, and the lines near a bad one are read alone.
+
+        few: None where these are more than a few.
+        """
+        text = self.lines
+        frames: list[pl.DataFrame] = []
+        bad: list[pl.DataFrame] = []
+        row, alone = 0, 0
+        waiting = _parts(text, 0, len(text))
+        while waiting:
+            start, end = waiting.pop()
+            frame = _read_lines(text[start:end], typed)
+            if frame is not None:
+                frames.append(frame.with_row_index("row", offset=row))
+                row += frame.height
+            elif end - start > FEW and len(parts := _parts(text, start, end)) > 1:
+                waiting += parts
+            else:
+                alone += end - start
+                if few and alone > max(10 * FEW, len(text) // 50):
+                    return None
+                lines = [line for line in text[start:end].split(b"\n") if line.strip()]
+                values, refused = self._value_by_value(wanted, map(_value_of, lines))
+                shift = pl.col("row") + row
+                frames.append(_typed(values, typed).with_columns(shift))
+                bad.append(refused.with_columns(shift))
+                row += len(lines)
+        kinds = {tuple(frame.dtypes) for frame in frames}
+        if len(kinds) > 1:  # a line has text where others have numbers
+            frames = [frame.cast(dict.fromkeys(wanted, pl.String)) for frame in frames]
+        return pl.concat(frames), pl.concat(bad) if bad else unreadable()
+
+    def _value_by_value(
+        self, wanted: Sequence[str], records: Iterable[tuple[Any, str | None]]
+    ) -> tuple[pl.DataFrame, pl.DataFrame]:
         columns: dict[str, list[str | None]] = {name: [] for name in wanted}
         rows: list[int] = []
         bad: tuple[list[int], list[str], list[str]] = ([], [], [])
-        for row, (value, text) in enumerate(self._records()):
+        for row, (value, text) in enumerate(records):
             if not isinstance(value, dict):
                 bad[0].append(row)
                 bad[1].append("not a JSON object" if text is None else "not valid JSON")
@@ -80,13 +123,45 @@ class JsonText:
             else:
                 yield from ((value, None) for value in values)
                 return
-        for line in self.lines.split(b"\n"):
-            text = line.decode("utf-8", errors="replace").strip()
-            if text:
-                try:
-                    yield json.loads(text, parse_constant=lambda _: None), None
-                except (ValueError, RecursionError):
-                    yield None, text
+        yield from (_value_of(line) for line in self.lines.split(b"\n") if line.strip())
+
+
+def _value_of(line: bytes) -> tuple[Any, str | None]:
+    """A line's value, or its text where it could not be read."""
+    text = line.decode("utf-8", errors="replace").strip()
+    try:
+        return json.loads(text, parse_constant=lambda _: None), None
+    except (ValueError, RecursionError):
+        return None, text
+
+
+def _parts(text: bytes, start: int, end: int) -> list[tuple[int, int]]:
+    """Whole lines from `start` to `end` in some parts, the first one last."""
+    cuts = [text.find(b"\n", start + (end - start) * k // PARTS, end) + 1 for k in range(1, PARTS)]
+    bounds = sorted({start, end, *(cut for cut in cuts if cut)})
+    return [*reversed(list(pairwise(bounds)))]
+
+
+def _read_lines(text: bytes, typed: dict[str, Any]) -> pl.DataFrame | None:
+    """Some lines at once, None where one of them is bad."""
+    if not text.strip():
+        return pl.DataFrame(schema=typed)
+    try:
+        return pl.read_ndjson(text, schema=typed)
+    except (pl.exceptions.PolarsError, OSError):
+        return None
+
+
+def _typed(values: pl.DataFrame, typed: dict[str, Any]) -> pl.DataFrame:
+    """Text as what it is elsewhere in the file, where that loses nothing."""
+
+    def cast_to(name: str, kind: Any) -> pl.Expr:
+        text = pl.col(name)
+        flag = pl.when(text.is_in(["true", "false"])).then(text == "true")
+        return (flag if kind == pl.Boolean else text.cast(kind, strict=False)).alias(name)
+
+    cast = values.with_columns(cast_to(name, kind) for name, kind in typed.items())
+    return cast if cast.null_count().equals(values.null_count()) else values
 
 
 def _array_to_lines(content: bytes) -> bytes:

@@ -90,6 +90,8 @@ def _fix(kind: str, fields: list[str]) -> dict[str, Any] | None:
     row["valid"] = "false" if fields[status] in ("V", "0") else None
     if kind == "RMC" and len(fields) > 6 and is_number(fields[6]):
         row["speed_kt"] = float(fields[6])
+    if kind == "RMC" and len(fields) > 7 and is_number(fields[7]):
+        row["cog"] = float(fields[7])
     return row
 
 
@@ -116,6 +118,6 @@ FORMAT = Format(
     recognises,
     read,
     "an instant: RMC, GGA and GLL of one time of day together",
-    "latitude, longitude, altitude (m), speed (knots); sentences marked V or 0 are rejected",
+    "latitude, longitude, altitude (m), speed (knots), course; sentences marked V or 0 are rejected",
     "UTC with the date of RMC or ZDA; without one, seconds of the day",
 )

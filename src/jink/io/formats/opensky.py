@@ -21,6 +21,8 @@ STATE = {
     "baro_altitude": 7,
     "on_ground": 8,
     "velocity_mps": 9,
+    "true_track": 10,
+    "vertical_rate_mps": 11,
     "geo_altitude": 13,
 }
 PATH = {"time": 0, "latitude": 1, "longitude": 2, "baro_altitude": 3, "on_ground": 5}
@@ -63,6 +65,6 @@ FORMAT = Format(
     recognises,
     read,
     "a state vector or a way point; several responses as JSON Lines",
-    "icao24, latitude, longitude, geo_altitude or baro_altitude (m), on_ground, velocity (m/s)",
+    "icao24, latitude, longitude, geo_altitude or baro_altitude (m), on_ground, velocity, vertical rate (m/s), track",
     "time_position, seconds since 1970",
 )

@@ -14,9 +14,12 @@ from .documents import documents
 from .records import Format, Records, Refused
 
 # what is kept of an aircraft in a snapshot
-FIELDS = ("hex", "flight", "lat", "lon", "alt_geom", "alt_baro", "gs", "track", "seen_pos", "nic", "nac_p", "gva")
+FIELDS = (
+    *("hex", "flight", "lat", "lon", "alt_geom", "alt_baro", "gs", "track", "geom_rate", "baro_rate", "seen_pos"),
+    *("nic", "nac_p", "gva"),
+)
 # places in a point of a trace
-TRACE = {"lat": 1, "lon": 2, "alt_baro": 3, "gs": 4, "track": 5, "alt_geom": 10}
+TRACE = {"lat": 1, "lon": 2, "alt_baro": 3, "gs": 4, "track": 5, "baro_rate": 7, "alt_geom": 10, "geom_rate": 11}
 
 
 def snapshot(head: bytes) -> bool:
@@ -85,7 +88,7 @@ SNAPSHOTS = Format(
     snapshot,
     read_snapshots,
     "an aircraft in a snapshot; several snapshots as JSON Lines or in an array",
-    "hex, lat, lon, alt_geom or alt_baro (feet, or ground), gs (knots)",
+    "hex, lat, lon, alt_geom or alt_baro (feet, or ground), gs (knots), track, geom_rate or baro_rate (ft/min)",
     "now − seen_pos, seconds since 1970",
     "nac_p, nic, gva",
 )
@@ -94,6 +97,6 @@ TRACES = Format(
     trace,
     read_traces,
     "a point of the trace",
-    "icao, lat, lon, altitude (feet, or ground), ground speed (knots)",
+    "icao, lat, lon, altitude (feet, or ground), ground speed (knots), track, vertical rate (ft/min)",
     "timestamp + offset, seconds since 1970",
 )

@@ -14,7 +14,7 @@ from ...learn.mixed_paths import broad
 from ...learn.modes import train_scores
 from ...learn.modes_end_to_end import train_scores_end_to_end
 from ...learn.supervised import train_supervised
-from ...models.motion import ConstantVelocity
+from ...models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Motion
 from ...models.noise_network import ModeNetwork, NoiseNetwork
 from ...models.provenance import VERSION, Trained
 from ...models.sensor import Position
@@ -23,6 +23,11 @@ from .trainer import Trainer, test_runs
 SD = 1.0  # m
 BANK = (1.0, 6.0, 16.0, 41.0, 91.0, 196.0)  # m²/s⁴: six of the paper's forty levels
 WIDE_BANK = (0.01, 0.3, 8.0, 200.0, 5000.0)
+MOTIONS: list[Motion] = [
+    *(ConstantVelocity(acceleration_sd=sd) for sd in (0.1, 14.0, 70.0)),
+    ConstantAcceleration(jerk_psd=100.0, acceleration_prior_sd=45.0),
+    CoordinatedTurn(acceleration_psd=1.0, turn_rate_psd=1e-4, turn_rate_prior_sd=0.3),
+]
 BEST = 3  # modes that share the estimate
 Built = Kalman | NeuralModes
 
@@ -83,6 +88,18 @@ def modes_supervised(scenario: str) -> Trainer:
     return make
 
 
+def modes_of_motion(seed: int, quick: bool) -> NeuralModes:
+    """Scores of constant velocities, an acceleration and a turn on labels of targets of all kinds; the best three share
+    the estimate.
+    """
+    training, validation = _source("broad", 200 if quick else 1000, seed)
+    epochs = 5 if quick else 40
+    network = train_scores(MOTIONS, training, validation, best=BEST, epochs=epochs, seed=seed)
+    filter = NeuralModes(MOTIONS, Position(sd=SD, axes=2), network)
+    trained = _trained(training, "labels from the bank", seed, filter, quick)
+    return NeuralModes(MOTIONS, Position(sd=SD, axes=2), replace(network, trained=trained))
+
+
 def modes_end_to_end(scenario: str, variances: tuple[float, ...]) -> Trainer:
     """Scores that start from labels and are made better on the tracking error through all modes; the best three share
     the estimate.
@@ -120,7 +137,8 @@ def _trained(training: Runs, method: str, seed: int, filter: Built, quick: bool)
     figures = []
     for k in range(1, 5):
         test = from_scenario(f"choi-2001-{k}", test_runs(quick), seed + 1000)
-        x = filter.filter(**test.batch(), outputs=("x",)).x[:, ::2]
+        said = filter.filter(**test.batch(), outputs=("x",))
+        x = said.x[:, [said.components.index(name) for name in ("px", "py")]]
         error = (x.reshape(test.z.shape) - test.position)[:, 2:]
         figures.append((f"position rms, m, scenario {k}", float(np.sqrt((error**2).sum(axis=2).mean()))))
     return Trained(data=str(training), method=method, seeds=(seed,), figures=figures, version=VERSION)

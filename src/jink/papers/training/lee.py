@@ -20,6 +20,7 @@ from ...models.sensor import Position
 from .trainer import Trainer, test_runs
 
 SD = 500.0  # m
+SWEPT = (0.5, 0.8, 0.99)  # λ, beside the paper's 0.95 and 1
 INPUTS = (1.0, 10.0, 100.0)  # m/s²: the sub-models of lee-2003
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from ...checks import unknown
 from ...learn.recipes import ANFIS, NETWORK
-from . import choi_2001, lee, titi_guney
+from . import aimm, choi_2001, lee, titi_guney, wang_2010
 from .trainer import Trainer
 
 CHOI_SETS = {"1": "line", "2": "circle", "3": "mixed"}  # the paper's training sets
@@ -19,6 +19,7 @@ CHOI: dict[str, Trainer] = {
     **{f"choi-2001-modes-{k}": choi_2001.modes_supervised(name) for k, name in CHOI_SETS.items()},
     "choi-2001-modes-end-to-end": choi_2001.modes_end_to_end("mixed", choi_2001.BANK),
     "choi-2001-modes-wide": choi_2001.modes_end_to_end("broad", choi_2001.WIDE_BANK),
+    "choi-2001-modes-motions": choi_2001.modes_of_motion,
 }
 TITI: dict[str, Trainer] = {
     f"titi-guney-{speed}{rate}-{model}": titi_guney.as_published(slowness, model, interval)
@@ -26,16 +27,20 @@ TITI: dict[str, Trainer] = {
     for speed, slowness in (("sluggish", 1e4), ("tuned", 1.0))
     for model in ("linear", "literal", "anfis", "network")
 }
+TITI |= {f"titi-guney-imm-{model}": titi_guney.on_the_imm(model) for model in ("literal", "anfis", "history")}
 TRAINERS: dict[str, Trainer] = {
     "lee-2003-ga": lee.by_genetic_algorithm(0.95),
     "lee-2003-ga-error": lee.by_genetic_algorithm(1.0),
+    **{f"lee-2003-ga-{weight:g}": lee.by_genetic_algorithm(weight) for weight in lee.SWEPT},
     "lee-2003-best": lee.with_transition("lee-2003", 3, 2),
     "lee-2003-best-constants": lee.with_transition("lee-2003", 3, 1),
     "fuzzy-kalman": lee.with_transition("random-accelerations", 1, 6),
     **TITI,
-    "nn-kf": titi_guney.fed_by_history("network", 8, **NETWORK),
-    "anfis-kf": titi_guney.fed_by_history("anfis", 8, **ANFIS),
+    "nn-kf": titi_guney.fed_by_history("network", "innovations", **NETWORK),
+    "anfis-kf": titi_guney.fed_by_history("anfis", "sums", **ANFIS["sums"]),
     **CHOI,
+    **wang_2010.MODELS,
+    **aimm.MODELS,
     "nnvsmm": choi_2001.end_to_end("broad", 0.01, 5000.0, 1200, velocity_share=0.2),
 }
 

@@ -1,0 +1,5 @@
+#include "instances/smooth_tables.hpp"
+
+namespace jink::inline JINK_LEVEL {
+template SmoothKernels<double> smooth_kernels<double>(const StateShape &, bool);
+}

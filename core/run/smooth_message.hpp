@@ -1,0 +1,79 @@
+// What the smoother of several modes passes from scan to scan, and the table of its arithmetic (smooth_kernels.hpp).
+//
+// A message is log p(Z_future | x) = s + h' e - 1/2 e' J e with e = x - x_0, or, with J = R R' (R lower triangular) and h = R g,
+//
+//   s + 1/2 g' g - 1/2 |g - R' e|^2
+#pragma once
+
+#include "number/matrix.hpp"
+#include "scan/composition.hpp"
+
+namespace jink::inline JINK_LEVEL {
+
+inline constexpr int most_entering = 4;
+
+// A message as it is kept from scan to scan, and as s - 1/2 |g - R' e|^2. `rest` is a factor beside exp(s), which spares logarithms.
+template <class T> struct Message {
+    T J[packed_size(largest_state)], h[largest_state], s, rest;
+};
+template <class T> struct MessageRoot {
+    T R[packed_size(largest_state)], g[largest_state], s, rest;
+};
+
+// A message through the motion from the scan before: |c - B e|^2 with e in the states before, and J = B' B. `v` and `scale` are of
+// the components that enter (enter below).
+template <class T> struct Passage {
+    T B[largest_state * largest_state], J[packed_size(largest_state)], v[most_entering * largest_state], scale[most_entering], s, rest;
+    MessageRoot<T> own;  // where its noise depends on the state
+    const MessageRoot<T> *root;
+};
+
+// A mode before and a mode after: their message to the mode before, and the two fused.
+template <class T> struct SmoothPair {
+    T x[largest_state], P[packed_size(largest_state)], h[largest_state], own[packed_size(largest_state)], log_weight, share;
+    const T *J;  // its own, or its passage's
+};
+
+// A positive number as exp(log) * rest, with 1 <= rest < 2 and a log that is a multiple of log 2: quicker than a logarithm.
+template <class T> struct Scaled {
+    T log, rest;
+};
+template <class T> JINK_INLINE Scaled<T> scaled(T x) {
+    const Bits<T> exponent = (to_bits(x) >> 52) - std::int64_t(1023);
+    const T rest = from_bits<T>(to_bits(x) - (exponent << 52));
+    const T k = from_bits<T>(exponent + std::int64_t(0x4338000000000000)) - 6755399441055744.0;
+    return {k * 0.693147180559945309417, rest};
+}
+
+template <class T> struct SmoothKernels {
+    // P = L L'.
+    void (*factor)(const T *P, T *L);
+    // J = R R' of a semidefinite J, and h = R g; s follows.
+    void (*root)(const Message<T> &m, MessageRoot<T> &to);
+    // The message before noise of covariance Q.
+    void (*blur)(const T *Q, MessageRoot<T> &m);
+    // The same for noise of covariance V V', V column after column; J and h of the result.
+    void (*spread)(const T *V, int columns, MessageRoot<T> &m, T *J, T *h);
+    // J = B' B.
+    void (*gram)(const T *B, T *J);
+    // B = R' F for a full F.
+    void (*pull)(const T *R, const T *F, T *B);
+    // B <- (I + v v')^-1/2 B = (I - scale v v') B; log (1 + v' v).
+    T (*enter)(const T *v, T *B, T &scale);
+    // h of a message about where `ahead` came from, and its s; `entering` times B's turn is done to c as well.
+    T (*hear)(const Passage<T> &by, int entering, const T *ahead, const T *x, T *h);
+    // Of N(x, L L') and the message: mean and, unless null, covariance of their product, and the message's mean under the former.
+    Scaled<T> (*fuse)(const T *L, const T *J, const T *h, const T *x, T *to, T *P);
+    // That mean alone.
+    Scaled<T> (*level)(const T *L, const T *J, const T *h);
+    // Moments of a mode over its pairs, by their shares (P unless null), and their mean message. V gets the spread of the pairs about
+    // the mean, count - 1 columns.
+    void (*merge)(const SmoothPair<T> *pairs, int count, T *x, T *P, T *J, T *h, T *V);
+    // 0, or NaN where a number is beyond the range of numbers.
+    T (*unsound)(const T *x, const T *P, const Message<T> &m);
+};
+
+// For the states of a shape; `full` where the noise couples all components.
+template <class T> SmoothKernels<T> smooth_kernels(const StateShape &shape, bool full);
+
+}  // namespace jink::inline JINK_LEVEL

@@ -1,0 +1,79 @@
+"""Text to gzip files, in members that several threads pack at the same time."""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, cast
+
+from .stages import stage
+
+MEMBER = 1 << 22  # bytes of text in one member
+LEVEL = 1  # of zlib: six times as fast as 6, 7 % larger
+
+
+@contextmanager
+def maybe_packed(handle: IO[bytes], packed: bool) -> Iterator[IO[bytes]]:
+    """The handle, or one whose bytes are packed on their way to it."""
+    if not packed:
+        yield handle
+        return
+    out = Packed(handle)
+    yield cast(IO[bytes], out)
+    out.finish()
+
+
+class Packed:
+    """Bytes to the members of a gzip file, several of them packed at the same time."""
+
+    def __init__(self, handle: IO[bytes]) -> None:
+        self.handle = handle
+        self.pool = ThreadPoolExecutor(os.cpu_count() or 1)
+        self.waiting: list[Future[bytes]] = []
+        self.held = bytearray()
+
+    def write(self, text: bytes) -> int:
+        """Take some bytes more."""
+        self.held += text
+        while len(self.held) >= MEMBER:
+            self._pack(bytes(self.held[:MEMBER]))
+            del self.held[:MEMBER]
+        return len(text)
+
+    def flush(self) -> None:
+        """Nothing: members have a size of their own."""
+
+    def finish(self) -> None:
+        """Write what is left."""
+        if self.held or not self.waiting:
+            self._pack(bytes(self.held))
+        for member in self.waiting:
+            self.handle.write(member.result())
+        self.pool.shutdown()
+
+    def _pack(self, text: bytes) -> None:
+        self.waiting.append(self.pool.submit(_member, text))
+        if len(self.waiting) > 2 * (os.cpu_count() or 1):
+            self.handle.write(self.waiting.pop(0).result())
+
+
+def _member(text: bytes) -> bytes:
+    pack = zlib.compressobj(LEVEL, wbits=31)
+    return pack.compress(text) + pack.flush()
+
+
+@stage("write")
+def compress(path: Path) -> None:
+    """Replace a file's content by its gzip form."""
+    plain = path.with_name(f"{path.name}.plain")
+    os.replace(path, plain)
+    try:
+        with plain.open("rb") as source, path.open("wb") as handle, maybe_packed(handle, True) as out:
+            while text := source.read(MEMBER):
+                out.write(text)
+    finally:
+        plain.unlink(missing_ok=True)

@@ -1,0 +1,180 @@
+"""The targets of a stream: their filters' slots, the places their frames have got to, and their last rows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from ..estimate import Estimate
+from ..io.geodesy import legs
+from .live_order import Order
+from .live_watch import Watch
+from .output import OFF, ON
+
+OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "status")
+Anchor = tuple[float, float, float, float, float]  # x, y, latitude, longitude, convergence
+
+
+class Pool:
+    """Live filters of all targets that one filter follows; each has a slot."""
+
+    def __init__(self, filter: Any) -> None:
+        self.filter = filter
+        try:
+            self.slots = filter.slots()
+        except (AttributeError, TypeError):  # along each axis by itself, or models of the user's own
+            self.slots = None
+        self.singles: dict[int, Any] = {}
+        self.next = 0
+        self.velocity = [filter.components.index(name) for name in ("vx", "vy")]
+
+    def take(self) -> int:
+        """A slot for a new target."""
+        if self.slots is not None:
+            return self.slots.take()
+        self.next += 1
+        self.singles[self.next] = self.filter.start(1)
+        return self.next
+
+    def release(self, slot: int) -> None:
+        """The slot's target has gone."""
+        if self.slots is not None:
+            self.slots.release(slot)
+        else:
+            del self.singles[slot]
+
+    def update(self, slots: list[int], t: list[float], z: list[list[float]]) -> Estimate:
+        """One estimate per row; the rows of one slot stand in the order of time."""
+        if self.slots is not None:
+            return self.slots.update(slots, t, z)
+        rows = [self.singles[slot].update(time, np.array([each])) for slot, time, each in zip(slots, t, z, strict=True)]
+        results = {name: np.concatenate([row.results[name] for row in rows]) for name in OUTPUTS}
+        return replace(rows[0], results=results)
+
+
+@dataclass(slots=True)
+class Followed:
+    """One target: where its filter is, the place its frame has got to, and what it was last told.
+
+    slot: of its pool, None after it was not seen for longer than the gap. fresh: whether it was seen since the targets
+    were last looked through; heard: the stream's clock then, or when it last was.
+    """
+
+    pool: Pool
+    slot: int | None
+    axes: int
+    part: int
+    began: float
+    last: float
+    positioned: float
+    heard: float = 0.0
+    fresh: bool = True
+    first: list[float] = field(default_factory=list)
+    rows: int = 0
+    waiting: int = 0  # rows that the filter has not seen yet
+    place: tuple[float, ...] = ()
+    where: tuple[float, float] | None = None  # latitude and longitude last seen
+    anchor: Anchor | None = None
+    speed: float = 0.0
+    manoeuvring: bool | None = None
+    segment: int = 0
+    order: Order = field(default_factory=Order)
+    watch: Watch = field(default_factory=Watch)
+    parts: int = 1
+
+
+@dataclass(slots=True)
+class Entry:
+    """One row on its way to its filter.
+
+    before, here: the target's last place and the row's (latitude, longitude; None: not known). silent: the row is told
+    to the filter again, and nothing is said of it. table: the rows it is one of, where these are not the last ones.
+    """
+
+    target: Followed
+    name: str
+    pool: Pool
+    slot: int
+    time: float
+    z: list[float]
+    index: int
+    row: int
+    table: pl.DataFrame | None = None
+    before: tuple[float, float] | None = None
+    here: tuple[float, float] | None = None
+    silent: bool = False
+    anchor: Anchor | None = None
+    segment: int | None = None
+
+
+@dataclass(frozen=True)
+class Answered:
+    """Entries and their estimates, row by row."""
+
+    entries: list[Entry]
+    estimate: Estimate
+
+
+def answer_entries(entries: list[Entry]) -> list[Answered]:
+    """Tell the filters these rows, in their order; targets are changed as the estimates say."""
+    _lay(entries)
+    pools: dict[int, list[Entry]] = {}
+    for entry in entries:
+        pools.setdefault(id(entry.pool), []).append(entry)
+    out = []
+    for mine in pools.values():
+        pool = mine[0].pool
+        estimate = pool.update([e.slot for e in mine], [e.time for e in mine], [e.z for e in mine])
+        _remember(mine, estimate, pool)
+        said = [k for k, entry in enumerate(mine) if not entry.silent]
+        if len(said) < len(mine):
+            estimate = replace(estimate, results={name: value[said] for name, value in estimate.results.items()})
+        if said:
+            out.append(Answered([mine[k] for k in said], estimate))
+    return out
+
+
+def _lay(entries: list[Entry]) -> None:
+    """Move the frames of targets on by one leg for each position."""
+    moved = [(e.before, e.here) for e in entries if e.before is not None and e.here is not None]
+    along = iter(zip(*legs(*zip(*moved, strict=True)), strict=True)) if moved else iter(())
+    for entry in entries:
+        target = entry.target
+        if entry.here is not None and not entry.silent:
+            if entry.before is None:
+                target.anchor = (0.0, 0.0, *entry.here, 0.0)
+            else:
+                ahead, turned, length = next(along)
+                x, y, _, _, convergence = target.anchor or (0.0, 0.0, *entry.before, 0.0)
+                course = ahead - convergence
+                target.anchor = (
+                    x + length * math.sin(course),
+                    y + length * math.cos(course),
+                    *entry.here,
+                    convergence + turned,
+                )
+            entry.z[0], entry.z[1] = target.anchor[:2]
+        entry.anchor = target.anchor
+
+
+def _remember(entries: list[Entry], estimate: Estimate, pool: Pool) -> None:
+    """What the next row of each target needs of this one."""
+    x = estimate.x
+    speeds = np.hypot(x[:, pool.velocity[0]], x[:, pool.velocity[1]]).tolist()
+    tells = any(estimate.non_manoeuvring)
+    levels = estimate.manoeuvring.tolist() if tells else []
+    for k, entry in enumerate(entries):
+        target = entry.target
+        target.waiting -= 1
+        if entry.silent:
+            continue
+        target.speed = speeds[k]
+        if tells:
+            level = levels[k] > (OFF if target.manoeuvring else ON)
+            target.segment += target.manoeuvring is not None and level != target.manoeuvring
+            target.manoeuvring = level
+            entry.segment = target.segment

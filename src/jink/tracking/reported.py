@@ -1,0 +1,151 @@
+"""What targets report of motion beside positions, as a filter takes it: velocities in the frame of the positions.
+
+A speed without a course measures the velocity along the way that the last positions show, and nothing across it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..io.geodesy import DevelopedFrame
+from ..io.rates import FASTEST
+from .placing import Placed
+from .scatter import MEDIAN, component_sd, rough_velocity
+
+FAR = 6.0  # sds from the motion that positions show: such a report is wrong
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Velocities in the frame of the positions, rows by components vx, vy and vz (NaN: not reported).
+
+    way (N, 2): unit vectors along which vx and vy were measured, None where both are; slack (N,): what an uncertain way
+    adds along it (m/s). fresh (N,): the report differs from the one before.
+    """
+
+    velocity: np.ndarray
+    way: np.ndarray | None
+    slack: np.ndarray
+    fresh: np.ndarray
+
+    @classmethod
+    def none(cls, placed: Placed) -> Rates:
+        """Of rows that report nothing."""
+        count = placed.rows.height
+        return cls(np.full((count, 3), np.nan), None, np.zeros(count), np.ones(count, bool))
+
+    def some(self, rows: np.ndarray) -> Rates:
+        """Rows of it."""
+        way = None if self.way is None else self.way[rows]
+        return Rates(self.velocity[rows], way, self.slack[rows], self.fresh[rows])
+
+
+def rates_of(placed: Placed) -> Rates | None:
+    """The reported velocities of rows with a position; None where there are none."""
+    rows, count = placed.rows, placed.rows.height
+    known = np.isfinite(placed.plane).all(axis=1)
+
+    def column(name: str) -> np.ndarray:
+        return np.where(known, rows[name].to_numpy(), np.nan) if name in rows.columns else np.full(count, np.nan)
+
+    speed, course, slack, way = column("speed"), column("course"), np.zeros(count), None
+    speed = np.where(np.abs(speed) < FASTEST, speed, np.nan)
+    east, north = column("velocity_x"), column("velocity_y")
+    if not np.isfinite(east).any() and np.isfinite(course).any():
+        east, north = speed * np.sin(course), speed * np.cos(course)
+    if np.isfinite(east).any():
+        turned = placed.frame.anchor_convergence if isinstance(placed.frame, DevelopedFrame) else np.zeros(count)
+        cos, sin = np.cos(turned), np.sin(turned)
+        east, north = east * cos - north * sin, east * sin + north * cos
+    elif np.isfinite(speed).any():
+        way, slack = _way(placed, speed)
+        east, north = speed * way[:, 0], speed * way[:, 1]
+    up = column("vertical_rate") if placed.axes == 3 else np.full(count, np.nan)
+    velocity = np.column_stack([east, north, up])
+    if not np.isfinite(velocity).any():
+        return None
+    report = np.column_stack([speed, course, column("velocity_x"), column("velocity_y"), column("vertical_rate")])
+    return Rates(velocity, way, slack, _fresh(report, placed.new))
+
+
+def _fresh(report: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """Rows whose report is not that of the row before: receivers fill old ones in."""
+    same = ((report[1:] == report[:-1]) | (np.isnan(report[1:]) & np.isnan(report[:-1]))).all(axis=1)
+    return new | np.r_[True, ~same]
+
+
+def _way(placed: Placed, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors (N, 2) along which the last positions lead, and what their error makes of the speed (m/s)."""
+    rows = np.flatnonzero(np.isfinite(placed.plane).all(axis=1))
+    part = np.cumsum(placed.new)[rows]
+    plane = placed.plane[rows]
+    noise = 1.5 * _roughness(placed)
+    steps = np.hypot(*np.diff(plane, axis=0).T)[np.diff(part) == 0]
+    usual = float(np.median(steps)) if steps.size else 0.0
+    reach = int(np.clip(np.ceil(20.0 * noise / max(usual, 1e-9)), 1, 10))
+    before = np.maximum(np.arange(rows.size) - reach, 0)
+    moved = plane - plane[before]
+    length = np.hypot(*moved.T)
+    good = (part == part[before]) & (before < np.arange(rows.size)) & (length > 10.0 * noise)
+    way, slack = np.full((placed.rows.height, 2), np.nan), np.zeros(placed.rows.height)
+    way[rows[good]] = moved[good] / length[good][:, None]
+    # in a turn the way lags behind by half of what it turned since the positions that it begins with
+    turned = np.full(rows.size, 1.0)
+    turned[good] = 1.0 - np.clip((way[rows[good]] * way[rows[before[good]]]).sum(axis=1), 0.0, 1.0)
+    angle = (noise / length[good]) ** 2 + 0.5 * np.nan_to_num(turned[good], nan=1.0)
+    slack[rows[good]] = 0.5 * np.nan_to_num(speed[rows[good]]) * np.minimum(angle, 1.0)
+    return way, slack
+
+
+def _roughness(placed: Placed) -> float:
+    """About how far a measured position is off (m)."""
+    known = np.isfinite(placed.plane).all(axis=1)
+    new = np.r_[True, np.diff(np.cumsum(placed.new)[known]) > 0] if known.any() else np.zeros(0, bool)
+    group = np.zeros(int(known.sum()), int)
+    sds = [component_sd(placed.time[known], placed.plane[known, axis], new, group, 1)[0] for axis in (0, 1)]
+    return float(np.nanmax(sds)) if np.isfinite(sds).any() else 0.0
+
+
+def joined(
+    placed: Placed, covariance: np.ndarray, rates: Rates, sds: Mapping[str, float], fresh_only: bool
+) -> tuple[Placed, np.ndarray]:
+    """Measurements of position and velocity (N, 2 axes), and their covariances."""
+    axes, count = placed.axes, placed.rows.height
+    velocity = rates.velocity[:, :axes].copy()
+    if fresh_only:
+        velocity[~rates.fresh] = np.nan
+    velocity[:, :2][_contradicted(placed, rates, sds)] = np.nan
+    R = np.zeros((count, 2 * axes, 2 * axes))
+    R[:, :axes, :axes] = covariance
+    along = sds.get("velocity", 1.0) ** 2 + rates.slack**2
+    R[:, axes, axes] = R[:, axes + 1, axes + 1] = along
+    if rates.way is not None:
+        # nothing is known across the way but that a target does not move across it faster than along it
+        way = np.nan_to_num(rates.way)
+        across = np.column_stack([-way[:, 1], way[:, 0]])
+        wide = (np.nan_to_num(np.hypot(*rates.velocity[:, :2].T)) + 10.0 * np.sqrt(along)) ** 2
+        block = along[:, None, None] * way[:, :, None] * way[:, None, :]
+        block += wide[:, None, None] * across[:, :, None] * across[:, None, :]
+        known = np.isfinite(rates.way[:, 0])
+        R[known, axes : axes + 2, axes : axes + 2] = block[known]
+    if axes == 3:
+        R[:, 5, 5] = sds.get("vertical_rate", 1.0) ** 2
+    names = (*placed.components[:axes], *("vx", "vy", "vz")[:axes])
+    z = np.ascontiguousarray(np.column_stack([placed.z[:, :axes], velocity]))
+    return replace(placed, z=z, components=names), R
+
+
+def _contradicted(placed: Placed, rates: Rates, sds: Mapping[str, float]) -> np.ndarray:
+    """Rows whose reported velocity is far from the motion that their positions show."""
+    known = np.isfinite(placed.plane).all(axis=1)
+    part = np.cumsum(placed.new)[known]
+    starts = np.r_[True, np.diff(part) > 0] if part.size else np.zeros(0, bool)
+    rough = np.full((placed.rows.height, 2), np.nan)
+    rough[known] = rough_velocity(placed.time[known], placed.plane[known], starts)
+    error = rates.velocity[:, :2] - rough
+    off = np.hypot(*error.T) if rates.way is None else np.abs((error * rates.way).sum(axis=1))
+    usual = MEDIAN * np.nanmedian(off) if np.isfinite(off).any() else 0.0
+    return off > FAR * max(usual, sds.get("velocity", 0.0))

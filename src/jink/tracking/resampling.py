@@ -1,0 +1,104 @@
+"""Tracks at even times: rows between the measurements, predicted (or smoothed) from these, with their own sds.
+
+A filter meets the even times as rows without a measurement, so a gap is bridged by its own prediction, whose sd grows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import polars as pl
+
+from ..io.errors import InputError
+from ..io.geodesy import DevelopedFrame
+from ..io.units import TIME
+from .placing import Placed
+
+MOST = 20_000_000  # rows: more does not fit into memory
+CLOSE = 1e-6  # s: times that are one
+
+
+@dataclass(frozen=True)
+class Resampled:
+    """Measurements with rows at even times between them: covariance by row, and which rows are at even times."""
+
+    placed: Placed
+    covariance: np.ndarray | None
+    even: np.ndarray
+
+
+def parse_every(given: float | str | None) -> float | None:
+    """`1s`, `500ms`, `1min` or a number of seconds. Errors: InputError."""
+    if given is None:
+        return None
+    text = str(given).strip()
+    digits = text.rstrip("abcdefghijklmnopqrstuvwxyz ")
+    unit = text[len(digits) :].strip() or "s"
+    try:
+        value = float(digits) * TIME[unit]
+    except (ValueError, KeyError):
+        value = float("nan")
+    if not 0.0 < value < float("inf"):
+        raise InputError(f"every is {given!r}; expected a time such as 1s, 500ms or 1min")
+    return value
+
+
+def resampled(placed: Placed, covariance: np.ndarray | None, step: float) -> Resampled:
+    """Rows at the multiples of `step` (s) within each part, beside the measured ones. Errors: InputError."""
+    clock = placed.rows["time"].to_numpy()
+    starts, ends = placed.offsets[:-1], placed.offsets[1:] - 1
+    first = np.ceil(clock[starts] / step - CLOSE).astype(np.int64)
+    last = np.floor(clock[ends] / step + CLOSE).astype(np.int64)
+    count = np.maximum(last - first + 1, 0)
+    if count.sum() > MOST:
+        raise InputError(f"every is {step:g} s, which makes {count.sum():,} rows; expected at most {MOST:,}")
+    of = np.repeat(np.arange(starts.size), count)
+    number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    times = (first[of] + number) * step
+    # the row that each even time follows, within its part
+    part = np.cumsum(placed.new) - 1
+    shift = (clock.max() - clock.min() + 1.0) * np.arange(starts.size)
+    after = np.searchsorted(clock + shift[part], times + shift[of] + CLOSE, side="right") - 1
+    after = np.clip(after, starts[of], ends[of])
+    there = np.abs(clock[after] - times) <= CLOSE
+    even = np.zeros(clock.size, bool)
+    even[after[there]] = True
+    new_times, new_after = times[~there], after[~there]
+    source = np.r_[np.arange(clock.size), new_after]
+    extra = np.r_[np.zeros(clock.size, bool), np.ones(new_after.size, bool)]
+    order = np.lexsort((np.r_[clock, new_times], part[source]))
+    source, extra, at = source[order], extra[order], np.r_[clock, new_times][order]
+    return Resampled(
+        _at(placed, source, extra, at),
+        None if covariance is None else covariance[source],
+        np.where(extra, True, even[source]),
+    )
+
+
+def _at(placed: Placed, source: np.ndarray, extra: np.ndarray, clock: np.ndarray) -> Placed:
+    """Rows by their numbers; those that are extra have no measurement, and times of their own."""
+    begin = placed.rows["time"].to_numpy() - placed.time
+    some = placed.some(source)
+    missing = pl.Series(extra)
+    gone = [name for name in ("file", "row") if name in some.rows.columns]
+    rows = some.rows.with_columns(
+        pl.Series("time", clock),
+        pl.lit(False).alias("measured") if extra.all() else pl.col("measured") & ~missing,
+        *[pl.when(missing).then(None).otherwise(pl.col(name)).alias(name) for name in gone],
+    )
+    z, plane, height = some.z.copy(), some.plane.copy(), some.height.copy()
+    z[extra], plane[extra], height[extra] = np.nan, np.nan, np.nan
+    frame = some.frame
+    if isinstance(frame, DevelopedFrame):
+        frame = replace(frame, x=plane[:, 0], y=plane[:, 1])
+    return replace(
+        some,
+        rows=rows,
+        time=np.where(extra, clock - begin[source], some.time),
+        z=np.ascontiguousarray(z),
+        plane=plane,
+        height=height,
+        new=some.new & ~extra,
+        frame=frame,
+    )

@@ -1,0 +1,166 @@
+"""Rows in bounded pieces: whole parts together, a long part in overlapping stretches.
+
+A filter forgets where it began. So a stretch of a long part is run from some rows before it, as a track of its own
+beside the others of its piece; to be smoothed, it goes on to some rows after it. At every seam the two stretches that
+meet must have the same estimate, to `SAME` of its standard deviation. Where they have not, the overlap grows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from ..estimate import Estimate
+from .output import OFF, ON, segments
+from .placing import Placed
+
+CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
+STRETCHES = 16  # of one piece: the lanes of two packs
+OVERLAP, MOST = 512, 16_384  # rows, to begin with and at most; a filter that remembers more runs over the whole part
+SAME = 1e-11  # of a standard deviation, and of a probability
+ROUNDING = 8 * np.finfo(float).eps  # of a coordinate
+OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "status")
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Rows `rows` of the parts, which are whole (`part` is None), or a piece of the long part whose rows are `part`."""
+
+    rows: slice
+    part: slice | None
+
+
+def pieces(offsets: np.ndarray, most: int = CHUNK) -> Iterator[Piece]:
+    """All rows in pieces of about `most`, in their order."""
+    begin = 0
+    while begin < offsets.size - 1:
+        end = int(np.searchsorted(offsets, offsets[begin] + most))
+        end = min(max(end, begin + 1), offsets.size - 1)
+        if end > begin + 1 and offsets[end] - offsets[end - 1] > 2 * most:
+            end -= 1  # a long part comes by itself
+        first, last = int(offsets[begin]), int(offsets[end])
+        if end == begin + 1 and last - first > 2 * most:
+            count = -(-(last - first) // most)
+            bounds = np.linspace(first, last, count + 1).astype(int).tolist()
+            for low, high in pairwise(bounds):
+                yield Piece(slice(low, high), slice(first, last))
+        else:
+            yield Piece(slice(first, last), None)
+        begin = end
+
+
+class Stretched:
+    """Runs one verb of a filter, `filter` or `smooth`, on pieces, one after the other."""
+
+    def __init__(
+        self,
+        filter: Any,
+        placed: Placed,
+        covariance: np.ndarray | None,
+        smoothing: Mapping[str, Any] | None,
+        threads: int | None,
+    ):
+        """smoothing: what `filter.smooth` is told; None: the rows are filtered."""
+        self.verb = filter.filter if smoothing is None else partial(filter.smooth, **smoothing)
+        self.time, self.z, self.offsets, self.covariance = placed.time, placed.z, placed.offsets, covariance
+        self.smooth, self.threads = smoothing is not None, threads
+        self.overlap = OVERLAP
+        self.end: dict[str, np.ndarray] | None = None  # the last row's estimate of the piece before, of the same part
+
+    def run(self, piece: Piece) -> Estimate:
+        """The estimates of a piece's rows."""
+        if piece.part is None:
+            first, last = np.searchsorted(self.offsets, [piece.rows.start, piece.rows.stop])
+            return self._filtered(piece.rows, self.offsets[first : last + 1] - piece.rows.start)
+        if piece.rows.start == piece.part.start:
+            self.end = None
+        while True:
+            found = self._stretches(piece.rows, piece.part)
+            if found is not None:
+                self.end = {name: found.results[name][-1:] for name in ("x", "P", "mode_probability")}
+                return found
+            self.overlap *= 4
+
+    def _filtered(self, rows: Any, offsets: np.ndarray) -> Estimate:
+        return self.verb(
+            self.time[rows],
+            self.z[rows],
+            offsets=offsets,
+            covariance=None if self.covariance is None else self.covariance[rows],
+            threads=self.threads,
+            outputs=OUTPUTS,
+        )
+
+    def _stretches(self, rows: slice, part: slice) -> Estimate | None:
+        """The piece's estimates, or None where two stretches that meet do not agree."""
+        bounds = np.linspace(rows.start, rows.stop, STRETCHES + 1).astype(int)
+        low = np.maximum(bounds[:-1] - self.overlap, part.start)
+        high = np.minimum(bounds[1:] + self.overlap, part.stop) if self.smooth else bounds[1:]
+        if self.overlap > MOST:
+            stop = part.stop if self.smooth else rows.stop
+            whole = self._filtered(slice(part.start, stop), np.array([0, stop - part.start]))
+            return _rows_of(whole, np.arange(rows.start, rows.stop) - part.start)
+        offsets = np.r_[0, np.cumsum(high - low)]
+        which = np.concatenate([np.arange(a, b) for a, b in zip(low, high, strict=True)])
+        found = self._filtered(which, offsets)
+        place = offsets[:-1] - low  # of a row in each stretch: its number and this
+        seams = bounds[1:-1] - 1
+        if not _agree(found.results, place[:-1] + seams, found.results, place[1:] + seams):
+            return None
+        if self.end is not None and not _agree(self.end, np.array([0]), found.results, place[:1] + rows.start - 1):
+            return None
+        inner = [np.arange(a, b) + p for a, b, p in zip(bounds[:-1], bounds[1:], place, strict=True)]
+        return _rows_of(found, np.concatenate(inner))
+
+
+def _rows_of(estimate: Estimate, rows: np.ndarray) -> Estimate:
+    return replace(estimate, results={name: value[rows] for name, value in estimate.results.items()}, source=None)
+
+
+def _agree(one: dict[str, np.ndarray], rows: np.ndarray, other: dict[str, np.ndarray], same: np.ndarray) -> bool:
+    """Whether some rows of one result are those of another; NaN is equal to NaN."""
+    x, y = one["x"][rows], other["x"][same]
+    sd = np.sqrt(np.einsum("nii->ni", one["P"][rows]))
+    # far from the origin, coordinates have fewer digits behind the point, and all that follows from them too
+    most = SAME + ROUNDING * np.max(np.abs(x) / sd, axis=1, initial=0.0)
+    near = [
+        np.abs(x - y) / sd,
+        np.abs(one["P"][rows] - other["P"][same]) / (sd[:, :, None] * sd[:, None, :]),
+        np.abs(one["mode_probability"][rows] - other["mode_probability"][same]),
+    ]
+    near = [each.reshape(len(x), -1).max(axis=1) <= most for each in near]
+    neither = np.isnan(x).all(axis=1) & np.isnan(y).all(axis=1)
+    return bool(np.all(neither | np.logical_and.reduce(near)))
+
+
+class SegmentsGoOn:
+    """Segments of tables of one part that follow each other."""
+
+    def __init__(self) -> None:
+        self.level: float | None = None
+        self.count = 0
+
+    def table(self, table: pl.DataFrame, begins: bool) -> pl.DataFrame:
+        """The table with its segments numbered from those of the table before."""
+        if table["manoeuvring"].null_count() == table.height:
+            return table
+        manoeuvring = table["manoeuvring"].to_numpy()
+        if begins or self.level is None:
+            numbers = table["segment"].to_numpy()
+        else:
+            whole = np.r_[self.level, manoeuvring]
+            new = np.arange(whole.size) == 0
+            numbers = segments(whole, new).to_numpy()[1:] + self.count
+        clear = manoeuvring[(manoeuvring > ON) | (manoeuvring < OFF)]
+        if clear.size:
+            self.level = float(clear[-1] > ON)
+        elif begins or self.level is None:
+            self.level = 0.0
+        self.count = int(numbers[-1])
+        return table.with_columns(segment=pl.Series("segment", numbers.astype(np.int32)))

@@ -1,0 +1,83 @@
+"""Errors that last, and slant ranges without heights, are said with what mends them."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+import pytest
+
+import jink
+
+DURATION = 1200
+
+
+def walk(seconds: float, seed: int = 0, sd: float = 3.0) -> tuple[pl.DataFrame, np.ndarray]:
+    """A walker with errors of sd 3 m that last for `seconds`, and 0.3 m of white noise; and the truth."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(float(DURATION))
+    kept = np.exp(-1.0 / seconds) if seconds else 0.0
+    error = np.zeros((DURATION, 2))
+    error[0] = rng.normal(0, sd, 2)
+    for k in range(1, DURATION):
+        error[k] = kept * error[k - 1] + rng.normal(0, sd * np.sqrt(1 - kept**2), 2)
+    truth = np.column_stack([1.4 * time, 0.3 * time])
+    seen = truth + error + rng.normal(0, 0.3, (DURATION, 2))
+    return pl.DataFrame({"target": "A", "time": time, "x": seen[:, 0], "y": seen[:, 1]}), truth
+
+
+def codes(data: pl.DataFrame, **more) -> dict:
+    found = jink.track(data, details=True, **more).summary["warnings"]
+    return {warning["code"]: warning for warning in found}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_errors_that_last_are_said_and_mended(seed):
+    data, truth = walk(8.0, seed)
+    found = codes(data, kind="person")["correlated"]
+    given = float(found["mend"].split()[1])
+    assert 1.8 < given < 4.5
+
+    def inside(**more):
+        tracks = jink.track(data, kind="person", **more)
+        error = np.abs(tracks.select("x", "y").to_numpy() - truth)[60:]
+        return float((error <= 2.0 * tracks.select("x_sd", "y_sd").to_numpy()[60:]).mean())
+
+    before, after = inside(), inside(sensor_sd=given)
+    assert before < 0.6 and after > before + 0.1
+    assert "correlated" not in codes(data, kind="person", sensor_sd=given)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_white_errors_are_not_suspected(seed):
+    assert codes(walk(0.0, seed)[0], kind="person") == {}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_circles_are_motion(seed):
+    time = 0.5 * np.arange(1200)
+    circle = 20.0 * np.stack([np.cos(0.5 * time), np.sin(0.5 * time)]) + np.random.default_rng(seed).normal(
+        0, 1.0, (2, 1200)
+    )
+    data = pl.DataFrame({"target": "A", "time": time, "x": circle[0], "y": circle[1]})
+    assert codes(data, kind="drone") == {}
+
+
+def flight(height: float, seed: int = 0) -> pl.DataFrame:
+    """A flight past a radar at 3 km, by its range and azimuth."""
+    rng = np.random.default_rng(seed)
+    time = 4.0 * np.arange(150)
+    x, y = 200.0 * time - 60e3, np.full(time.size, 3e3)
+    distance = np.sqrt(x**2 + y**2 + height**2) + rng.normal(0, 30.0, time.size)
+    azimuth = np.degrees(np.arctan2(x, y) + rng.normal(0, 1e-3, time.size)) % 360.0
+    return pl.DataFrame({"target": "A", "time": time, "range": distance, "azimuth_deg": azimuth})
+
+
+@pytest.mark.parametrize("height", [3000.0, 9000.0])
+def test_slant_ranges_are_said(height):
+    found = codes(flight(height))["slant_range"]
+    assert f"{height:.0f}" in found["what"] and "altitude=NAME" in found["mend"]
+
+
+def test_ranges_along_the_ground_are_not_suspected():
+    assert "slant_range" not in codes(flight(0.0))
+    assert "slant_range" not in codes(flight(9000.0).with_columns(altitude=pl.lit(9000.0)))

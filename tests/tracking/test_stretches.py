@@ -1,0 +1,93 @@
+"""A long part in overlapping stretches has the estimates of the whole part, to 1e-9 of their standard deviations."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import polars as pl
+import pytest
+
+import jink
+from jink.io.loading import Reading, load_frame
+from jink.tracking import batch, stretches
+from jink.tracking.prepare import Settings, prepare
+from jink.tracking.stretches import OUTPUTS, Stretched, pieces
+
+ROWS = 9_000
+
+
+def table(rows: int = ROWS, seed: int = 0) -> pl.DataFrame:
+    """One target that turns now and then, with some positions missing and some wrong."""
+    rng = np.random.default_rng(seed)
+    turning = np.repeat(rng.choice([0.0, 0.03, -0.02], rows // 60 + 1, p=[0.6, 0.2, 0.2]), 60)[:rows]
+    course = np.cumsum(turning)
+    x, y = np.cumsum(200.0 * np.sin(course)), np.cumsum(200.0 * np.cos(course))
+    x, y = x + rng.normal(0, 20.0, rows), y + rng.normal(0, 20.0, rows)
+    x[rng.random(rows) < 0.01] += 5_000.0
+    x[rng.random(rows) < 0.05] = np.nan
+    return pl.DataFrame({"target": "a", "time": np.arange(rows) * 1.0, "x": x, "y": np.where(np.isnan(x), np.nan, y)})
+
+
+def group(filter: str, **settings):
+    loaded = load_frame(table(), Reading())
+    (found,) = prepare(loaded.measurements, Settings(filter=filter, **settings)).groups
+    return found
+
+
+def both(filter: str, most: int, **settings):
+    """Estimates in pieces, and of the whole part."""
+    one = group(filter, **settings)
+    smoothing = Settings(filter=filter, **settings).smoothing
+    run = Stretched(one.filter, one.placed, one.covariance, smoothing, 1)
+    found = [run.run(piece) for piece in pieces(one.placed.offsets, most)]
+    verb = one.filter.filter if smoothing is None else one.filter.smooth
+    whole = verb(one.placed.time, one.placed.z, covariance=one.covariance, outputs=OUTPUTS)
+    return {name: np.concatenate([each.results[name] for each in found]) for name in OUTPUTS}, whole, run, len(found)
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+@pytest.mark.parametrize("filter", ["imm", "kalman-cv", "singer", "aimm3", "imm-cv-ct"])
+def test_stretches_have_the_estimates_of_the_whole_part(filter, smooth):
+    if smooth and getattr(group(filter).filter, "not_smoothed", ""):
+        return
+    found, whole, _, count = both(filter, 2_000, smooth=smooth)
+    assert count == 5
+    sd = np.sqrt(np.einsum("nii->ni", whole.P))
+    assert np.nanmax(np.abs(found["x"] - whole.x) / sd) < 1e-9
+    assert np.nanmax(np.abs(found["P"] - whole.P) / (sd[:, :, None] * sd[:, None, :])) < 1e-9
+    assert np.nanmax(np.abs(found["mode_probability"] - whole.mode_probability)) < 1e-9
+    np.testing.assert_array_equal(found["status"], whole.status)
+
+
+def test_an_overlap_that_is_too_short_grows(monkeypatch):
+    monkeypatch.setattr(stretches, "OVERLAP", 4)
+    found, whole, run, _ = both("imm", 2_000)
+    assert run.overlap > 4
+    assert np.nanmax(np.abs(found["x"] - whole.x) / np.sqrt(np.einsum("nii->ni", whole.P))) < 1e-9
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_a_filter_that_remembers_too_long_runs_over_the_whole_part(monkeypatch, smooth):
+    monkeypatch.setattr(stretches, "MOST", 8)
+    monkeypatch.setattr(stretches, "OVERLAP", 4)
+    found, whole, run, _ = both("imm", 2_000, smooth=smooth)
+    assert run.overlap > 8
+    np.testing.assert_array_equal(found["x"], whole.x)
+
+
+def test_pieces_cover_all_rows_once():
+    offsets = np.array([0, 5, 9, 40, 42, 43, 50])
+    cut = list(pieces(offsets, 10))
+    rows = np.concatenate([np.arange(50)[piece.rows] for piece in cut])
+    np.testing.assert_array_equal(rows, np.arange(50))
+    assert [piece.part for piece in cut if piece.part is not None] == [slice(9, 40)] * 4
+
+
+def test_segments_go_on_from_piece_to_piece(monkeypatch):
+    short = pl.concat([table(), table(300, 1).with_columns(target=pl.lit("b"))])
+    whole = jink.track(short, sensor_sd=20.0)
+    monkeypatch.setattr(batch, "pieces", partial(pieces, most=2_000))
+    found = jink.track(short, sensor_sd=20.0)
+    assert whole["segment"].max() > 20
+    assert found["segment"].to_list() == whole["segment"].to_list()
