@@ -199,3 +199,23 @@ def test_range_rate_at_the_site():
     z[:3] = 0.0
     est = f.filter(t, z)
     assert np.isfinite(est.x[1:]).all() and np.isfinite(est.P[1:]).all()
+
+
+@pytest.mark.parametrize(
+    ("sensor", "far"),
+    [
+        (jink.Position(sd=10.0), [1e155, 5.0]),
+        (jink.Polar(range_sd=10.0, azimuth_sd=0.01), [1e155, 0.5]),
+        (jink.Polar(range_sd=10.0, azimuth_sd=0.01, height_sd=10.0, earth_radius=6.4e6), [1e3, 0.5, -1e300]),
+    ],
+)
+def test_what_lies_beyond_all_distances_starts_no_track(sensor, far):
+    """With or without a share of outliers: the track starts from the first position that can be one."""
+    t = np.arange(20.0)
+    z = np.tile([1e3, 0.5, 100.0][: len(far)], (20, 1))
+    z[0] = far
+    for outliers in (None, jink.Outliers()):
+        est = jink.Kalman(CV, sensor, outliers=outliers).filter(t, z)
+        assert est.status[0] == jink.Status.none
+        assert est.status[1] == jink.Status.initialised
+        assert np.isfinite(est.x[1:]).all() and np.isfinite(est.P[1:]).all()
