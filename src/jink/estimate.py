@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .frame_of import frame_of, html_of
+from .times import duration
 
 
 class Status(IntEnum):
@@ -25,6 +26,13 @@ class Status(IntEnum):
 
 
 STATUS = tuple(Status.__members__)  # the names, in the order of their numbers
+
+
+def component_index(components: tuple[str, ...], name: str) -> int:
+    """Where a component stands in x. Errors: KeyError naming those that there are."""
+    if name not in components:
+        raise KeyError(f"{name!r}: expected one of {', '.join(components)}")
+    return components.index(name)
 
 
 class Source(Protocol):
@@ -142,7 +150,7 @@ class Estimate:
     def __getitem__(self, which: str | int | slice) -> Any:
         """A component's estimates by name, or the estimate of one target, or of several that follow each other."""
         if isinstance(which, str):
-            return self.x[..., self._index(which)]
+            return self.x[..., component_index(self.components, which)]
         count = len(self)
         if isinstance(which, slice):
             first, end, step = which.indices(count)
@@ -173,13 +181,8 @@ class Estimate:
 
     def sd(self, component: str) -> NDArray[np.float64]:
         """One component's standard deviation, by name."""
-        k = self._index(component)
+        k = component_index(self.components, component)
         return np.sqrt(self.P[..., k, k])
-
-    def _index(self, component: str) -> int:
-        if component not in self.components:
-            raise KeyError(f"{component!r}: expected one of {', '.join(self.components)}")
-        return self.components.index(component)
 
     def _rows(self) -> Source:
         if self.source is None:
@@ -215,12 +218,8 @@ UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0, "m": 60.0, "h": 3600.0}
 
 def _step(step: float | str) -> float:
     """Seconds of 0.5, "500ms", "1s", "5m" or "1h"."""
-    try:
-        digits = str(step).rstrip("abcdefghijklmnopqrstuvwxyz")
-        value = float(digits) * UNITS[str(step)[len(digits) :] or "s"]
-    except (ValueError, KeyError):
-        value = np.nan
-    if not (np.isfinite(value) and value > 0.0):
+    value = duration(step, UNITS)
+    if np.isnan(value):
         raise ValueError(f"step: expected seconds above 0, or text such as '500ms', '1s' or '5m', got {step!r}")
     return value
 

@@ -1,5 +1,6 @@
 """Times: float seconds inside, dates at the boundary."""
 
+from collections.abc import Mapping
 from datetime import UTC, datetime
 
 import numpy as np
@@ -25,3 +26,14 @@ def seconds(time: ArrayLike | datetime) -> NDArray[np.float64] | float:
     except (TypeError, ValueError):
         raise TypeError(f"time: expected seconds or dates, got {array.dtype} such as {array.flat[0]!r}") from None
     return value if array.ndim else float(value)
+
+
+def duration(given: object, units: Mapping[str, float]) -> float:
+    """Seconds of a number or of text such as "500ms", by unit; NaN for what is no time above 0."""
+    text = str(given)
+    digits = text.rstrip("abcdefghijklmnopqrstuvwxyz")
+    try:
+        value = float(digits) * units[text[len(digits) :] or "s"]
+    except (ValueError, KeyError):
+        return np.nan
+    return value if 0.0 < value < np.inf else np.nan

@@ -2,12 +2,13 @@
 
 from collections import deque
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..estimate import Status
+from ..estimate import Status, component_index
 from ..times import seconds
 from .batch import estimate
 from .functions import Array, at_scan
@@ -123,17 +124,12 @@ class Now:
 
     def __getitem__(self, component: str) -> float:
         """One component's estimate, by name."""
-        return float(self.x[self._index(component)])
+        return float(self.x[component_index(self.components, component)])
 
     def sd(self, component: str) -> float:
         """One component's standard deviation, by name."""
-        k = self._index(component)
+        k = component_index(self.components, component)
         return float(np.sqrt(self.P[k, k]))
-
-    def _index(self, component: str) -> int:
-        if component not in self.components:
-            raise KeyError(f"{component!r}: expected one of {', '.join(self.components)}")
-        return self.components.index(component)
 
 
 class LiveOne:
@@ -191,7 +187,7 @@ class LiveOne:
         """Pickled as its filter and its state."""
         if self._filter is None:
             raise TypeError("a live target without its filter cannot be copied")
-        return _started, (self._filter, self._many.lag, self.save())
+        return partial(self._filter.start, lag=self._many.lag, state=self.save()), ()
 
     def _call(self, time: float, z: Any, sensor: Any, noise: Any, known: Any, predict_only: bool) -> Now:
         n, m = len(self._many.engine.components), len(self._many.engine.modes)
@@ -215,7 +211,3 @@ class LiveOne:
             Status(status).name,
             tuple(self._many.engine.components),
         )
-
-
-def _started(filter: Any, lag: int, state: bytes) -> Any:
-    return filter.start(lag=lag, state=state)

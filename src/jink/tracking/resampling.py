@@ -13,6 +13,7 @@ import polars as pl
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
 from ..io.units import TIME
+from ..times import duration
 from .placing import Placed
 
 MOST = 20_000_000  # rows: more does not fit into memory
@@ -32,14 +33,8 @@ def parse_every(given: float | str | None) -> float | None:
     """`1s`, `500ms`, `1min` or a number of seconds. Errors: InputError."""
     if given is None:
         return None
-    text = str(given).strip()
-    digits = text.rstrip("abcdefghijklmnopqrstuvwxyz ")
-    unit = text[len(digits) :].strip() or "s"
-    try:
-        value = float(digits) * TIME[unit]
-    except (ValueError, KeyError):
-        value = float("nan")
-    if not 0.0 < value < float("inf"):
+    value = duration(str(given).strip(), TIME)
+    if np.isnan(value):
         raise InputError(f"every is {given!r}; expected a time such as 1s, 500ms or 1min")
     return value
 
