@@ -1,7 +1,6 @@
 """The frame that every page shares: template, style, scripts and data in one file that needs nothing else.
 
-Charts are drawn by hand on canvas: Plotly alone is 4.8 MB and slow with tracks whose colour changes along
-the line.
+Charts and maps are drawn by hand on canvas: docs/page.md has the measurement behind that.
 """
 
 import html
@@ -22,6 +21,8 @@ from .arrays import ArrayBlock
 _SHARED_SCRIPTS = ("data.js", "format.js", "canvas.js", "table.js")
 PLAN_AND_CHARTS = (
     "geometry.js",
+    "world.js",
+    "measure.js",
     "plan_draw.js",
     "plan.js",
     "plan_input.js",
