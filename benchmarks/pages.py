@@ -24,7 +24,8 @@ FLIGHTS = Path(__file__).parents[1] / "examples" / "flights.parquet"
 ROUNDS = 5
 READY = "html[data-ready=yes]"
 FRAMES = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-MAPLIBRE = """<!doctype html><meta charset="utf-8"><body style="margin:0"><div id="map" style="width:900px;height:700px"></div>
+MAPLIBRE = """<!doctype html><meta charset="utf-8"><body style="margin:0">
+<div id="map" style="width:900px;height:700px"></div>
 <script type="application/json" id="lines">LINES</script>
 <script type="module">
 const from64 = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
@@ -128,9 +129,8 @@ def main() -> None:
     options.add_argument("--maplibre", type=Path)
     given = options.parse_args()
     for name, size, wrote, opened in measure(given.tracks or [example()], given.maplibre):
-        print(
-            f"{name}: {size / 1e6:.2f} MB{f', written in {wrote:.2f} s of CPU' if wrote == wrote else ''}, open after {opened:.2f} s"
-        )
+        writing = f", written in {wrote:.2f} s of CPU" if wrote == wrote else ""
+        print(f"{name}: {size / 1e6:.2f} MB{writing}, open after {opened:.2f} s")
 
 
 if __name__ == "__main__":
