@@ -77,7 +77,7 @@ def track_archive(
     with _locked(store), _room(store):
         plan, complete = _planned(store, inputs, reading, settings, how)
         if complete is not None:
-            return complete["summary"], [where]
+            return complete["summary"], complete["written"]
         files = tuple((each["path"], each["file"]) for each in plan.inputs)
         job = Job(files, reading, replace(settings, threads=1), plan.buckets, plan.piece, store, versions())
         workers = how.workers()
@@ -89,8 +89,9 @@ def track_archive(
         rejected = _write_rejected(job, said, done)
         store.sweep()
         summary |= {"buckets": plan.buckets, "settled": settled.words, "seconds": clock.perf_counter() - began}
-        finish(store, _manifest(plan, said, done, summary))
-    return summary, [where, *rejected]
+        written = [where, *rejected]
+        finish(store, _manifest(plan, said, done, summary) | {"written": written})
+    return summary, written
 
 
 def _planned(
