@@ -47,12 +47,16 @@ def track_large(
     output: tuple[Path, str] | None,
     rejected: Path | None,
     progress: Progress,
+    *,
+    safe: bool = False,
 ) -> tuple[dict[str, Any], list[Path]] | None:
     """The summary and the files that were written; None where the files cannot be divided. Errors: InputError.
 
-    output: where tracks go, and in which format; rejected: where rows go that are in no track.
+    output: where tracks go, and in which format; rejected: where rows go that are in no track;
+    safe: no cell of CSV is a formula.
     """
     from ..io.sinks import check_streamed, write_stream
+    from ..io.spreadsheets import harmless
     from ..io.writing import atomically
     from .large import Large
 
@@ -70,7 +74,8 @@ def track_large(
         path, kind = output
         written = [path]
         with atomically(path) as (name,):
-            write_stream(large.tables(), name, kind, packed=path.suffix == ".gz")
+            tables = map(harmless, large.tables()) if safe else large.tables()
+            write_stream(tables, name, kind, packed=path.suffix == ".gz")
             summary = large.summary()
             if rejected is not None and (large.lost or rejected.exists()):
                 with atomically(rejected) as (beside_it,):
