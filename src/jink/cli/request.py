@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -263,6 +264,8 @@ def output_path(option: str, given: str | None, *, stdout: bool = False, data: s
         raise InputError(f"{option} -: expected a file")
     if path.is_dir() or not path.parent.is_dir():
         raise InputError(f"{option} {path}: expected a file in a folder that exists")
+    if not os.access(path.parent, os.W_OK):
+        raise InputError(f"{option} {path}: no permission to write in {path.parent}")
     if data and path.exists() and Path(data).exists() and path.samefile(data):
         raise InputError(f"{path} is the input; the output needs another name")
     return path

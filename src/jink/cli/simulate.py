@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import tempfile
 import time as clock
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -134,6 +133,7 @@ def _write(scenario: Any, request: SimulateRequest, output: Path, file_format: s
     import polars as pl
 
     from ..io.spreadsheets import harmless
+    from ..io.temporary import folder_in
     from ..io.writing import atomically, compress, write_tracks
     from ..scenarios.table import simulation_table
 
@@ -143,7 +143,7 @@ def _write(scenario: Any, request: SimulateRequest, output: Path, file_format: s
         tables = map(harmless, tables)
     with (
         atomically(output) as (temporary,),
-        tempfile.TemporaryDirectory(dir=output.parent, prefix=".jink.") as folder,
+        folder_in(output.parent) as folder,
     ):
         first = next(tables)
         rows, parts = first.height, 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -57,14 +56,15 @@ def track_large(
     """
     from ..io.sinks import check_streamed, write_stream
     from ..io.spreadsheets import harmless
+    from ..io.temporary import folder_in
     from ..io.writing import atomically
     from .large import Large
 
     if output is not None:
         check_streamed(*output)
     beside = output[0].parent if output else None
-    with tempfile.TemporaryDirectory(prefix=".jink-", dir=beside) as folder:
-        large = Large.of(inputs, reading, settings, memory, Path(folder), progress)
+    with folder_in(beside) as folder:
+        large = Large.of(inputs, reading, settings, memory, folder, progress)
         if large is None:
             return None
         if output is None:
