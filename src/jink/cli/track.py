@@ -16,8 +16,9 @@ from typing import Annotated, Any
 import typer
 
 from ..io.errors import InputError
+from ..io.printable import printable
 from .exit_status import PACKAGES, exit_status
-from .request import FLAG, check_kind, completed_from, parse_columns, parse_sites, words_of
+from .request import FLAG, SafeCsv, check_kind, completed_from, json_text, parse_columns, parse_sites, words_of
 
 OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
 PLOTS = "Plots without identity"
@@ -126,6 +127,7 @@ class TrackRequest:
         str | None,
         typer.Option(metavar="FILE", rich_help_panel=OUTPUT, help="Write one HTML page that shows the tracks."),
     ] = None
+    safe_csv: SafeCsv = False
     json: Annotated[bool, typer.Option("--json", rich_help_panel=OUTPUT, help="Print the summary as JSON.", **FLAG)] = (
         False
     )
@@ -445,6 +447,7 @@ def _run_live(request: TrackRequest) -> int:
         (request.json, "--json"),
         (request.keep, "--keep"),
         (request.every, "--every"),
+        (request.safe_csv, "--safe-csv"),
         (request.timings, "--timings"),
     ):
         if given:
@@ -481,7 +484,7 @@ def _run_archive(request: TrackRequest) -> int:
         summary, written = track_archive(request.inputs, str(request.output), reading, settings, how, say)
     summary["written"] = written
     if request.json:
-        sys.stdout.write(json.dumps(summary, indent=2, ensure_ascii=False, default=str) + "\n")
+        sys.stdout.write(json_text(summary, default=str))
     elif not request.quiet:
         from ..report.summary_table import show
 
@@ -533,6 +536,7 @@ def _run_files(request: TrackRequest, ledger: Any = None) -> int:
         if given:
             raise InputError(f"{option} is for a folder of tracks: -o FOLDER/")
     from ..io.files import expand, name_of
+    from ..io.spreadsheets import check_is_csv
     from ..io.writing import check_apart, check_writable, format_of
 
     began = clock.perf_counter()
@@ -545,6 +549,8 @@ def _run_files(request: TrackRequest, ledger: Any = None) -> int:
     output = Path(request.output) if request.output and not answered else None
     report = Path(request.report) if request.report else None
     kind = format_of(output) if output else ""
+    if request.safe_csv:
+        check_is_csv(request.output, kind)
     outputs = [path for path in (output, report) if path]
     for path in outputs:
         check_writable(path)
@@ -563,7 +569,7 @@ def _run_files(request: TrackRequest, ledger: Any = None) -> int:
         ledger.rows = tracked.summary["rows"]
         tracked.summary["timings"] = ledger.figures()
     if request.json:
-        sys.stdout.write(json.dumps(tracked.summary, indent=2, ensure_ascii=False, default=str) + "\n")
+        sys.stdout.write(json_text(tracked.summary, allow_nan=True, default=str))
     elif answered:
         _answer(tracked, request.quiet)
     elif not request.quiet:
@@ -591,7 +597,7 @@ def _in_memory(
             f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
         )
     tracked = run(loaded, settings, progress, anonymous)
-    return tracked, _write(tracked, output, kind, Path(request.report) if request.report else None, progress)
+    return tracked, _write(tracked, output, kind, request, progress)
 
 
 def _large(
@@ -609,7 +615,7 @@ def _large(
         return None
     rejected = rejected_path(output) if output else None
     to = (output, kind) if output else None
-    done = track_large(request.inputs, reading, settings, memory, to, rejected, progress)
+    done = track_large(request.inputs, reading, settings, memory, to, rejected, progress, safe=request.safe_csv)
     return done and (Tracked(None, None, done[0]), done[1])
 
 
@@ -620,13 +626,15 @@ def _answer(tracked: Any, quiet: bool) -> None:
     write_tracks(tracked.tracks, sys.stdout.buffer, "jsonl")
     if not quiet and tracked.rejected.height:
         why = ", ".join(f"{count:,} {reason}" for reason, count in tracked.summary["rejected"].items())
-        sys.stderr.write(f"jink: {tracked.rejected.height:,} rows are in no track: {why}\n")
+        sys.stderr.write(printable(f"jink: {tracked.rejected.height:,} rows are in no track: {why}\n"))
 
 
-def _write(tracked: Any, output: Path | None, kind: str, report: Path | None, progress: Any) -> list[Path]:
+def _write(tracked: Any, output: Path | None, kind: str, request: TrackRequest, progress: Any) -> list[Path]:
     """All files or none: written under other names first, then renamed."""
+    from ..io.spreadsheets import harmless
     from ..io.writing import atomically, compress, write_tracks
 
+    report = Path(request.report) if request.report else None
     wanted = [path for path in (output, report) if path]
     if wanted:
         rejected = rejected_path(wanted[0])
@@ -636,7 +644,7 @@ def _write(tracked: Any, output: Path | None, kind: str, report: Path | None, pr
         for number, (path, name) in enumerate(zip(wanted, temporary, strict=True)):
             progress("writing", number, len(wanted))
             if path is output:
-                write_tracks(tracked.tracks, name, kind)
+                write_tracks(harmless(tracked.tracks) if request.safe_csv else tracked.tracks, name, kind)
                 if path.suffix == ".gz":
                     compress(name)
             elif path is report:

@@ -7,7 +7,6 @@ import html
 import json
 import math
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from importlib import metadata, resources
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ..io.temporary import atomically
 from .arrays import ArrayBlock
 
 _SHARED_SCRIPTS = ("data.js", "format.js", "canvas.js", "table.js")
@@ -98,15 +98,5 @@ def _shell(title: str, body: str, style: str, **rest: str) -> str:
 
 def write_page(path: str | os.PathLike[str], text: str) -> None:
     """Write `text` to `path` at once or not at all."""
-    target = Path(path)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", errors="replace", newline="\n") as file:
-            file.write(text)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(name, 0o666 & ~umask)
-        os.replace(name, target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    with atomically(Path(path)) as (temporary,):
+        temporary.write_text(text, encoding="utf-8", errors="replace", newline="\n")
