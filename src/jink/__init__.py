@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .filters.kalman import Kalman
     from .filters.loading import load
     from .filters.neural_vsmm import NetworkNoise, NeuralModes
+    from .filters.own import OwnFilter
     from .filters.pseudo_bayesian import GPB1, GPB2, StaticMM
     from .filters.variable_dimension import VariableDimension
     from .filters.variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
@@ -71,6 +72,7 @@ __all__ = [
     "NeuralModes",
     "OnePoint",
     "Outliers",
+    "OwnFilter",
     "Polar",
     "Position",
     "PositionVelocity",
@@ -124,6 +126,7 @@ _HOME = {
     "OnePoint": "models.start",
     "Coasting": "models.coasting",
     "Outliers": "models.outliers",
+    "OwnFilter": "filters.own",
     "Polar": "models.sensor",
     "Position": "models.sensor",
     "PositionVelocity": "models.sensor",
