@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from .models.start import OnePoint, Prior, TwoPoint
     from .models.switching import Sojourn
     from .tracking.batch import track
+    from .tracking.live_tracker import LiveTracker
 
 __all__ = [
     "FILTERS",
@@ -68,6 +69,7 @@ __all__ = [
     "Kalman",
     "KnownTurn",
     "LimitWidening",
+    "LiveTracker",
     "NetworkNoise",
     "NeuralModes",
     "OnePoint",
@@ -121,6 +123,7 @@ _HOME = {
     "Kalman": "filters.kalman",
     "KnownTurn": "models.motion",
     "LimitWidening": "filters.current_statistical",
+    "LiveTracker": "tracking.live_tracker",
     "NetworkNoise": "filters.neural_vsmm",
     "NeuralModes": "filters.neural_vsmm",
     "OnePoint": "models.start",
