@@ -61,8 +61,10 @@ def two_radars(seed: int, quick: bool, bias: float) -> dict[str, Figure]:
 
 
 def burst(seed: int, quick: bool) -> dict[str, Figure]:
-    """One scan of 100,000 false plots over an aircraft in 18 × 16 km, or the one after it: the longer one's seconds, the
-    megabytes by which the process grew, and the share of runs in which the report says that gates were bounded.
+    """One scan of 100,000 false plots over an aircraft in 18 × 16 km, or the one after it.
+
+    The longer one's seconds, the megabytes by which the process grew, and the share of runs in which the report says
+    that gates were bounded.
     """
     sky = SKIES["sky-dense"]
     low, high = np.array(sky.area[::2]), np.array(sky.area[1::2])

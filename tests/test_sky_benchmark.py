@@ -15,7 +15,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks import skies, sky_radars
 from benchmarks.sky_measures import figures, measure, side_by_side
 from benchmarks.sky_rows import MUST, most, rows
-
 from jink.metrics.figure import Figure
 from jink.metrics.skies import Picture
 
