@@ -52,6 +52,7 @@ class LiveTracks:
     notes: list[str] = field(default_factory=list)
     steps: list[float] = field(default_factory=list)
     pools: dict[tuple[int, Pace], Pool] = field(default_factory=dict)
+    apart: bool = False  # every target has a filter of its own, which can predict and be saved
 
     def __post_init__(self) -> None:
         self.lines = Lines(self.reading, notes=self.notes)
@@ -290,7 +291,7 @@ class LiveTracks:
             names = {"geographic": ("x", "y", "altitude"), "cartesian": ("x", "y", "z")}
             components = names.get(position, ("range", "azimuth", third or ""))[:axes]
             usual = _usual(given, self.settings.kind)
-            self.pools[axes, pace] = Pool(choose(components, usual, pace, self.settings)[1])
+            self.pools[axes, pace] = Pool(choose(components, usual, pace, self.settings)[1], self.apart)
             note = "measurement noise cannot be estimated from a stream: the usual value is taken; --sensor-sd sets it"
             if not given and self.settings.filter is None:
                 self._say(note)
