@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .filters.kalman import Kalman
     from .filters.loading import load
     from .filters.neural_vsmm import NetworkNoise, NeuralModes
+    from .filters.own import OwnFilter
     from .filters.pseudo_bayesian import GPB1, GPB2, StaticMM
     from .filters.variable_dimension import VariableDimension
     from .filters.variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from .models.start import OnePoint, Prior, TwoPoint
     from .models.switching import Sojourn
     from .tracking.batch import track
+    from .tracking.live_tracker import LiveTracker
 
 __all__ = [
     "FILTERS",
@@ -67,10 +69,12 @@ __all__ = [
     "Kalman",
     "KnownTurn",
     "LimitWidening",
+    "LiveTracker",
     "NetworkNoise",
     "NeuralModes",
     "OnePoint",
     "Outliers",
+    "OwnFilter",
     "Polar",
     "Position",
     "PositionVelocity",
@@ -119,11 +123,13 @@ _HOME = {
     "Kalman": "filters.kalman",
     "KnownTurn": "models.motion",
     "LimitWidening": "filters.current_statistical",
+    "LiveTracker": "tracking.live_tracker",
     "NetworkNoise": "filters.neural_vsmm",
     "NeuralModes": "filters.neural_vsmm",
     "OnePoint": "models.start",
     "Coasting": "models.coasting",
     "Outliers": "models.outliers",
+    "OwnFilter": "filters.own",
     "Polar": "models.sensor",
     "Position": "models.sensor",
     "PositionVelocity": "models.sensor",
