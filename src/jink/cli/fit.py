@@ -29,6 +29,7 @@ from .request import (
     output_path,
     parse_columns,
     progress_line,
+    say,
     words_of,
 )
 
@@ -171,9 +172,9 @@ def _run(request: FitRequest) -> int:
 def _say_where(output: Path | None, report: Path | None) -> None:
     """Where the filter and the page are, and how the filter is used."""
     if output:
-        sys.stdout.write(f"\nfilter in {output}: jink track FILE --filter {output}\n")
+        say(f"\nfilter in {output}: jink track FILE --filter {output}\n")
     if report:
-        sys.stdout.write(f"page in {report}\n")
+        say(f"page in {report}\n")
 
 
 def _search(request: FitRequest, options: dict[str, Any], output: Path | None, report: Path | None) -> int:

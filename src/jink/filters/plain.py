@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..io.temporary import atomically
 from .own_models import described
 
 VERSION = 1
@@ -19,10 +20,9 @@ MODES = ("transition", "transition_step", "mode_probability", "mixing", *LINEARI
 
 def write(body: dict[str, Any], path: str | os.PathLike[str]) -> None:
     """Write a JSON file, whole or not at all."""
-    target = Path(path)
-    temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
-    temporary.write_text(json.dumps(body, indent=2) + "\n", encoding="utf-8")
-    temporary.replace(target)
+    text = json.dumps(body, indent=2) + "\n"
+    with atomically(Path(path)) as (temporary,):
+        temporary.write_text(text, encoding="utf-8")
 
 
 def plain(value: Any) -> Any:

@@ -22,6 +22,7 @@ from ..io.errors import InputError
 from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
+from .ground import lowest_ground
 from .lag import Lag
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
@@ -277,6 +278,7 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
         name, why = type(group.filter).__name__, group.filter.not_smoothed
         raise InputError(f"smooth: {name} cannot be smoothed: {why}")
     placed, covariance, even = group.placed, group.covariance, None
+    ground = lowest_ground(placed, group.level.covariance)
     if settings.every is not None:
         grid = resampled(placed, covariance, settings.every)
         placed, covariance, even = grid.placed, grid.covariance, grid.even
@@ -287,7 +289,7 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
         some = placed.some(piece.rows)
         if piece.part is not None:
             some = replace(some, new=np.arange(some.new.size) == 0)
-        table = tracks_table(some, estimate, absolute)
+        table = tracks_table(some, estimate, absolute, ground)
         if even is not None:
             table = table.with_columns(even=pl.Series(even[piece.rows]))
         return table if piece.part is None else going_on.table(table, piece.rows.start == piece.part.start)

@@ -6,6 +6,7 @@ they follow from kinematics: a = ω × v, and ω = (v × a) / |v|².
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,7 @@ from ..estimate import STATUS, Status
 from ..io.geodesy import DevelopedFrame, SiteFrame
 from ..io.kept import unmarked
 from ..io.stages import stage
+from .ground import lifted
 from .placing import Placed
 
 SLOW = 1e-6  # m/s: below this speed a course means nothing
@@ -61,9 +63,12 @@ class State:
 
 
 @stage("table")
-def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
-    """One row per row of `placed`: the columns that `jink.track` documents, nulls where nothing is known."""
-    state = State(estimate.x, estimate.P, estimate.components)
+def tracks_table(placed: Placed, estimate: Any, absolute: bool, ground: float | np.ndarray = math.nan) -> pl.DataFrame:
+    """One row per row of `placed`: the columns that `jink.track` documents, nulls where nothing is known.
+
+    ground (m): no height is below it; NaN: it is not known.
+    """
+    state = State(*lifted(placed, ground, estimate.x, estimate.P, estimate.components), estimate.components)
     columns, sds = _kinematics(state)
     _unknown_velocity(state, np.asarray(estimate.status), columns, sds)
     place, convergence = _position(placed, state)

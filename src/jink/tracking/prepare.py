@@ -70,7 +70,10 @@ class Settings:
     def said(self) -> dict[str, Any]:
         """What the summary says of the settings."""
         smoothed = self.smoothing is not None
-        return {"kind": self.kind, "smoothed": smoothed} | ({"lag": str(self.lag)} if self.lag else {})
+        sites = self.sites if self.site is None else {"": self.site}
+        places = {name: [site.latitude, site.longitude] for name, site in sites.items()}
+        said = {"kind": self.kind, "smoothed": smoothed}
+        return said | ({"lag": str(self.lag)} if self.lag else {}) | ({"sites": places} if places else {})
 
 
 class Pace(NamedTuple):
