@@ -4,7 +4,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .association import Tracker
+    from .association import Tracker, radar_bias
     from .catalogue.choose import choose_filter, default_filter
     from .catalogue.registry import FILTERS
     from .catalogue.targets import KINDS
@@ -92,6 +92,7 @@ __all__ = [
     "choose_filter",
     "default_filter",
     "load",
+    "radar_bias",
     "track",
 ]
 
@@ -147,6 +148,7 @@ _HOME = {
     "choose_filter": "catalogue.choose",
     "default_filter": "catalogue.choose",
     "load": "filters.loading",
+    "radar_bias": "association",
     "track": "tracking",
 }
 
