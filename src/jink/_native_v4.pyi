@@ -76,6 +76,8 @@ class Start(enum.Enum):
 
     one_point = 1
 
+    bounded_two_point = 2
+
 class Adapt(enum.Enum):
     """What sets a mode's process noise."""
 

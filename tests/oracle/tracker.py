@@ -9,13 +9,14 @@ again from the last of them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 from scipy.stats import norm
 
+from oracle.coasting import Coasting, coasted
 from oracle.gaussian import Predicted, Updated, predict, update
 from oracle.mixture import Mode, combine, mix
 from oracle.motion import Motion
@@ -50,6 +51,7 @@ class Filter:
     linearisation: str = "ekf"
     outliers: Outliers | None = None
     mode_probability: Array | None = None
+    coasting: Coasting | None = None
 
     def start_probability(self) -> Array:
         return self.chain.stationary() if self.mode_probability is None else np.asarray(self.mode_probability, float)
@@ -117,6 +119,7 @@ class Track:
             tuple[float, int]
         ] = []  # NIS of the best fitting mode and dof, of rows accepted since the start
         self.time: float | None = None
+        self.seen = self.seen_height = 0.0  # when a measurement was last accepted, and one of the height
         self.modes: list[Mode] = []
         self.mu = filter.start_probability()
         if isinstance(filter.initial, Prior):
@@ -130,6 +133,11 @@ class Track:
             self.begin(scan, row)
         else:
             self.advance(scan, row)
+        if scan.status in (UPDATED, INITIALISED, RESTARTED):
+            self.seen = row.time
+            height = min(2, len(row.present) - 1)
+            if scan.status != UPDATED or row.present[height]:
+                self.seen_height = row.time
         scan.modes, scan.mu = self.modes, self.mu
         self.scans.append(scan)
         return scan
@@ -155,6 +163,14 @@ class Track:
         scan.predicted = [
             predict(m, x.x, x.P, scan.dt, scan.u, f.linearisation) for m, x in zip(f.motions, mixed, strict=True)
         ]
+        if f.coasting is not None and self.first is None:
+            late, height = (
+                min(max(row.time - t - f.coasting.after, 0.0), scan.dt) for t in (self.seen, self.seen_height)
+            )
+            scan.predicted = [
+                replace(p, x=coasted(f.coasting, m, x.x, p.x, scan.dt, late, height))
+                for m, x, p in zip(f.motions, mixed, scan.predicted, strict=True)
+            ]
         self.mu, self.modes = c, [Mode(p.x, p.P) for p in scan.predicted]
         scan.status, scan.linked = PREDICTED, True
         if not row.present.any():

@@ -11,6 +11,7 @@ from oracle import motion as om
 from oracle import sensor as osn
 from oracle import start
 from oracle.chain import PerScan, Sojourn
+from oracle.coasting import Coasting
 from oracle.mixture import Mode, union
 from oracle.smoother import smooth as oracle_smooth
 from oracle.tracker import Estimate, Filter, Outliers, track
@@ -55,6 +56,7 @@ class Twin:
     linearisation: str = "ekf"
     outliers: dict | None = None
     initial: Part = field(default_factory=lambda: part("OnePoint", velocity_sd=30.0))
+    coasting: dict | None = None
 
     def native(self):
         outliers = None if self.outliers is None else jink.Outliers(**self.outliers)
@@ -78,6 +80,7 @@ class Twin:
             transition_step=self.transition_step,
             mode_probability=self.mode_probability,
             mixing=self.mixing,
+            coasting=None if self.coasting is None else jink.Coasting(**self.coasting),
             **common,
         )
 
@@ -106,6 +109,7 @@ class Twin:
             self.linearisation,
             outliers,
             mu,
+            None if self.coasting is None else Coasting(**self.coasting),
         )
 
 
