@@ -398,7 +398,10 @@ def _lasting(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
     sd, lasting = correlated_errors(seconds, plane, of, starts.size)
     slant = np.full(starts.size, np.nan)
     if "measured_z" not in tracks.columns and kind.extent[1] >= 1e3:
-        slant = np.array([slant_height(seconds[of == k], plane[of == k]) for k in range(starts.size)])
+        ends = np.append(starts[1:], len(seconds))
+        slant = np.array(
+            [slant_height(seconds[low:high], plane[low:high]) for low, high in zip(starts, ends, strict=True)]
+        )
     found = {"error_sd": sd, "error_seconds": lasting, "slant": slant.astype(float)}
     parts = pl.DataFrame({"target": table["target"].gather(starts), **found}).with_columns(
         pl.col(list(found)).fill_nan(None)
