@@ -62,7 +62,9 @@ def test_a_worker_of_another_version_is_refused(tmp_path, hours, client, monkeyp
     real = job.versions()
     monkeypatch.setattr(run, "versions", lambda: real | {"jink": "9.9.9"})
     with pytest.raises(Stopped, match=rf"a worker has jink {real['jink']}, but the archive is made with 9\.9\.9"):
-        track_archive(hours, f"{tmp_path}/tracks", Reading(), Settings(), How(GB, 2, cluster=client), lambda event: None)
+        track_archive(
+            hours, f"{tmp_path}/tracks", Reading(), Settings(), How(GB, 2, cluster=client), lambda event: None
+        )
 
 
 def test_no_scheduler_is_said(tmp_path, hours):
