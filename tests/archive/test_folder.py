@@ -16,8 +16,9 @@ from polars.testing import assert_frame_equal
 from test_archive import SAME, all_rows, flights, hashes, in_files, refused, track
 from typer.testing import CliRunner
 
-from jink.archive import mapping, reading, run
+from jink.archive import mapping, reading, run, settling
 from jink.cli.main import app
+from jink.tracking import prepare
 
 
 @pytest.fixture
@@ -119,6 +120,8 @@ def _decided_by(plan, first):
 
 
 def test_only_touched_buckets_are_tracked_again(tmp_path, hours, monkeypatch):
+    monkeypatch.setattr(prepare, "EVIDENCE", 900)
+    monkeypatch.setattr(settling, "EVIDENCE", 900)
     track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
     before = hashes(tmp_path / "tracks")
     pl.read_parquet(hours[3]).filter(icao24="eef").with_columns(pl.col("time") + 9e4).write_parquet(

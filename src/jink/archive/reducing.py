@@ -38,6 +38,7 @@ def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place
     done = {
         "bucket": bucket,
         "files": files,
+        "grounds": grounds_of(settled),
         "rows": shares.tally.rows,
         "accepted": shares.tally.counts["accepted"],
         "bytes": size,
@@ -46,6 +47,11 @@ def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place
     }
     job.say(names.reduced(bucket), done)
     return done
+
+
+def grounds_of(settled: Settled) -> str:
+    """The grounds below which no height runs, which files that are added may lower."""
+    return repr(sorted(settled.known.grounds.items()))
 
 
 def _write(first: pl.DataFrame, rest: Iterator[pl.DataFrame], handle: IO[bytes]) -> None:

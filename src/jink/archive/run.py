@@ -30,7 +30,7 @@ from .job import Job, versions
 from .manifest import Plan, agreed_inputs, fingerprint, finish, in_words, manifest_of
 from .mapping import map_file
 from .progress import Progress, Say
-from .reducing import reduce_bucket
+from .reducing import grounds_of, reduce_bucket
 from .settling import Settled, settle
 from .store import WORK, Store
 from .workers import Cluster, Here, Processes, Workers
@@ -55,7 +55,9 @@ class How:
     @property
     def count(self) -> int:
         """The number of processes."""
-        return self.processes or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+        if self.processes:
+            return self.processes
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
     def workers(self) -> Workers:
         """Who does the work."""
@@ -186,7 +188,8 @@ def _reduce(job: Job, settled: Settled, said: list[dict[str, Any]], workers: Wor
     left = []
     for bucket in range(job.buckets):
         before = job.said(names.reduced(bucket))
-        if before is not None and all(place.number < before["files"] for place in places(said, bucket)):
+        same = before is not None and before["grounds"] == grounds_of(settled)
+        if before and same and all(place.number < before["files"] for place in places(said, bucket)):
             done[bucket] = before
             progress.step(before["rows"], kept=True)
         else:

@@ -54,7 +54,8 @@ class FitRequest:
         str | None,
         typer.Option(
             metavar="NAME",
-            help="The filter to fit: a name (a wrong one lists all) or a file written by save(). Default: imm. "
+            help="The filter to fit: a name (a wrong one lists all), a file written by save(), or yours as my.py:name. "
+            "Default: imm. "
             "With --search: the candidates, with commas. Default: all.",
             autocompletion=completed_from("filters"),
         ),
