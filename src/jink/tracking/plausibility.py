@@ -15,6 +15,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.targets import KINDS, Kind
+from ..io.stages import stage
 from .correlated import correlated_errors
 from .several import FACTOR, several_targets
 from .slant import slant_height
@@ -79,6 +80,7 @@ class Seen:
     scored: int
 
     @classmethod
+    @stage("check")
     def of(cls, tracks: pl.DataFrame, kind: str) -> Seen:
         """Of a table of tracks."""
         targets = _by_target(tracks, KINDS[kind]).join(
@@ -104,6 +106,7 @@ class Seen:
         )
 
 
+@stage("check")
 def findings(seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency: dict[str, float]) -> Any:
     """All findings of a run, and whether nothing plausible is left: every target is fatally wrong."""
     targets = seen.targets
