@@ -147,7 +147,7 @@ def test_an_anfis_is_trained_as_published_from_the_command_line(tmp_path):
     corrector = jink.load(out).corrector
     assert corrector.inputs == "titi-guney" and corrector.corrects == ("position",)
     assert corrector.model.shape == "triangular" and [len(m) for m in corrector.model.memberships] == [4, 4]
-    assert "10 epochs of backpropagation" in corrector.trained.method
+    assert "10 epochs of backpropagation, gain " in corrector.trained.method
     assert "against unaided: position better" in " ".join(done.output.split())
 
 

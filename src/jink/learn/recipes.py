@@ -44,7 +44,7 @@ def aided(model: str) -> Recipe:
     """A filter with a corrector on its last innovations."""
 
     def make(training: Runs, validation: Runs, how: How) -> Aided:
-        from .aid import fit_corrector, tuned_acceleration
+        from .aid import fit_corrector, tuned_acceleration, weakened
 
         base = how.base if how.base is not None else tuned_acceleration(training)
         inputs = how.aid_inputs
@@ -63,10 +63,17 @@ def aided(model: str) -> Recipe:
             **settings,
         )
         trained_by = f" of {settings['method']}" if "method" in settings else ""
-        said = _trained(training, f"{model} on {SEEN[inputs]}, {epochs} epochs{trained_by}", how)
+        corrector, gains = weakened(base, validation, corrector)
+        said = _trained(
+            training, f"{model} on {SEEN[inputs]}, {epochs} epochs{trained_by}, gain {_percent(gains)}", how
+        )
         return Aided(base, replace(corrector, trained=said))
 
     return make
+
+
+def _percent(gains: tuple[float, ...]) -> str:
+    return " and ".join(f"{100 * gain:.0f} %" for gain in gains)
 
 
 def _anfis(inputs: str, how: How) -> dict[str, Any]:
