@@ -206,6 +206,7 @@ template <class T> inline Fix<T> position_fix(const SensorSpec &s, const Measure
         if (s.axes == 3 && needed == 2) fix.position = splat_mask<T>(false);
         for (int r = 0; r < needed; ++r) fix.position = fix.position & m.present[r];
         unbiased_polar(s, m, fix);
+        make_definite<T>(s.axes, fix.P);
     } else if (s.linear()) {
         for (int a = 0; a < s.axes; ++a) {
             fix.position = fix.position & m.present[a];

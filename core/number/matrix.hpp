@@ -17,6 +17,37 @@ inline constexpr int largest_measurement = 6;
 // construction through updates that subtract.
 constexpr double rounding_share(int n) { return 4.0 * n * 2.220446049250313e-16; }
 
+// A symmetric matrix that is not a covariance becomes one, in place: variances stay, but none is less than what rounding leaves of
+// the largest; correlations beyond one are cut to what the variances allow. Lanes that hold a covariance are left as they are.
+template <class T> [[gnu::noinline]] void make_definite(int n, T *P) {
+    const double share = rounding_share(n);
+    T most = splat<T>(1e-300), L[packed_size(largest_measurement)], made[packed_size(largest_measurement)];
+    for (int i = 0; i < n; ++i) most = larger<T>(most, P[packed(i, i)]);
+    Mask<T> lost = splat_mask<T>(false);
+    for (int j = 0; j < n; ++j) {
+        const T variance = larger<T>(P[packed(j, j)], share * most);
+        T pivot = variance;
+        for (int k = 0; k < j; ++k) pivot = pivot - L[packed(j, k)] * L[packed(j, k)];
+        lost = lost | (P[packed(j, j)] < share * most) | (pivot < share * variance);
+        pivot = larger<T>(pivot, share * variance);
+        L[packed(j, j)] = square_root(pivot);
+        for (int i = j + 1; i < n; ++i) {
+            T sum = P[packed(i, j)], left = larger<T>(P[packed(i, i)], share * most);
+            for (int k = 0; k < j; ++k) sum = sum - L[packed(i, k)] * L[packed(j, k)], left = left - L[packed(i, k)] * L[packed(i, k)];
+            const T reach = square_root(larger<T>(left, splat<T>(0.0)));
+            L[packed(i, j)] = larger<T>(smaller<T>(sum / L[packed(j, j)], reach), -reach);
+        }
+    }
+    if (!any(lost)) return;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j <= i; ++j) {
+            T sum = L[packed(i, 0)] * L[packed(j, 0)];
+            for (int k = 1; k <= j; ++k) sum = sum + L[packed(i, k)] * L[packed(j, k)];
+            made[packed(i, j)] = sum;
+        }
+    for (int k = 0; k < packed_size(n); ++k) P[k] = select<T>(lost, made[k], P[k]);
+}
+
 // P = L L' for the lower triangle, n at run time. A pivot that rounding has eaten up is replaced by what rounding leaves at the least.
 template <class T> inline void cholesky(int n, const T *P, T *L) {
     for (int j = 0; j < n; ++j) {

@@ -45,6 +45,11 @@ template <class T> class Combine {
             for (int q = 0; q <= r; ++q) {
                 T sum = splat<T>(0.0);
                 for (int k = 0; k < own.n; ++k) sum = sum + row[k] * J[q * own.n + k];
+                if (r == q) {  // see rounding_share: of what was summed, before it cancelled
+                    T spread = splat<T>(0.0);
+                    for (int k = 0; k < own.n; ++k) spread = spread + J[r * own.n + k] * J[r * own.n + k] * from[own.n + packed(k, k)];
+                    sum = sum + rounding_share(all.n) * spread;
+                }
                 P[packed(r, q)] = sum;
             }
         }

@@ -162,7 +162,7 @@ template <class T> class Step {
         weigh(s, dof, out);
         if (ahead.pairwise()) collapse(s);
         if (scores.active()) scores(s, ahead.prior.data(), innovations.data(), dof);
-        const Mask<T> impossible = out.measured & s.running & inverse(magnitude(out.log_likelihood) <= splat<T>(unlikeliest));
+        const Mask<T> impossible = out.measured & s.started & inverse(magnitude(out.log_likelihood) <= splat<T>(unlikeliest));
         if (any(impossible)) disbelieve(s, scan.input, impossible, gating, out);
         if (gating) gate(s, scan.input, sensor, m, log_outlier, out);
         if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
@@ -225,23 +225,23 @@ template <class T> class Step {
         const T high = larger<T>(target, outlier), low = smaller<T>(target, outlier);
         const T mixture = high + logarithm<T>(1.0 + exponential<T>(low - high));
         out.log_likelihood = select<T>(out.measured, mixture, out.log_likelihood);
-        out.gated = (out.gated | (out.measured & (target < outlier))) & s.running;
+        out.gated = out.gated | (out.measured & (target < outlier) & s.running);
         const BestFit<T> fit = best;
         if (any(out.gated) && !scores.active()) {
-            const Mask<T> explained = out.gated & (fit.nis <= splat<T>(1e300)) & Surprise::explains<T>(s, fit, out.dof, c.log_target_share, outlier);
+            const Mask<T> explained = out.gated & (fit.nis <= splat<T>(unlikeliest)) & Surprise::explains<T>(s, fit, out.dof, c.log_target_share, outlier);
             if (any(explained)) believe(s, sensor, m, select<T>(explained, Surprise::scale_with<T>(s, fit, out.dof), splat<T>(1.0)), out);
             out.gated = out.gated & inverse(explained);
         }
         Surprise::add<T>(s, fit, out.dof, out.measured & s.running & inverse(out.gated));
-        s.rejections = select<T>(out.measured, select<T>(out.gated, s.rejections + 1.0, splat<T>(0.0)), s.rejections);
+        s.rejections = select<T>(out.measured & s.running, select<T>(out.gated, s.rejections + 1.0, splat<T>(0.0)), s.rejections);
         if (!any(out.gated)) return;
         keep_prediction(s, input, out.gated);
         if (c.declared.restart_after > 0)
-            out.restarted = out.gated & (s.rejections >= splat<T>(c.declared.restart_after));
+            out.restarted = out.restarted | (out.gated & s.running & (s.rejections >= splat<T>(c.declared.restart_after)));
     }
 
     void keep_prediction(TrackState<T> &s, const T *input, Mask<T> which) {
-        if (c.residuals) {
+        if (c.residuals && c.declared.outlier_share > 0.0) {
             TrackState<T> same = before;
             ahead.again_without_fix(same, input, which);
             for (std::size_t k = 0; k < s.carry.size(); ++k) s.carry[k] = select<T>(which, same.carry[k], s.carry[k]);
@@ -256,14 +256,30 @@ template <class T> class Step {
     static constexpr double unlikeliest = 1e100;
 
     // A measurement so far off that its likelihood is beyond the range of numbers says nothing of the modes: it is gated, with
-    // or without a share of outliers.
+    // or without a share of outliers, also while a track waits for its second position. A track that has itself gone beyond all
+    // range starts again.
     void disbelieve(TrackState<T> &s, const T *input, Mask<T> which, bool gating, Outcome<T> &out) {
         out.gated = which;
         out.log_likelihood = select<T>(which, splat<T>(-1e300), out.log_likelihood);
         out.nis = select<T>(which & is_nan(out.nis), splat<T>(1e300), out.nis);
+        out.restarted = which & s.running & inverse(within_range());
         if (gating) return;
         ahead.merge_pairs();
         keep_prediction(s, input, which);
+    }
+
+    // Where every mode's prediction is no farther and no less certain than a place can be. A comparison with NaN is false.
+    Mask<T> within_range() const {
+        Mask<T> near = splat_mask<T>(true);
+        for (int j = 0; j < c.count; ++j) {
+            const Mode<T> &mode = c.modes[j];
+            const T *x = &ahead.predicted[mode.place], *P = x + mode.shape.n;
+            Mask<T> here = splat_mask<T>(true);
+            for (int i = 0; i < mode.shape.n; ++i)
+                here = here & (magnitude(x[i]) <= splat<T>(farthest)) & (P[packed(i, i)] <= splat<T>(farthest * farthest));
+            near = near & (here | inverse(ahead.prior[j] > splat<T>(0.0)));
+        }
+        return near;
     }
 
     // Updates again, from predictions widened per lane. A lane's result is the same as before where the factor is 1.
@@ -280,9 +296,13 @@ template <class T> class Step {
         Measurement<T> m;
         measure(scan, sensor, splat_mask<T>(true), m, true);
         const Fix<T> fix = position_fix(spec, m);
-        const Mask<T> fresh = scan.active & fix.position & (inverse(s.started) | out.restarted);
-        const Mask<T> second = scan.active & fix.position & s.started & inverse(s.running) & inverse(out.restarted);
-        const bool two_point = c.declared.start == Start::two_point;
+        Mask<T> fresh = scan.active & fix.position & (inverse(s.started) | out.restarted);
+        Mask<T> second = scan.active & fix.position & s.started & inverse(s.running) & inverse(out.restarted);
+        const bool two_point = c.declared.start != Start::one_point;
+        Mask<T> given_up = splat_mask<T>(false);  // the first position, because of the second
+        if (any(second) && c.declared.start == Start::bounded_two_point) given_up = contradicted(c, s, fix, second);
+        const T tries = s.rejections + 1.0;
+        fresh = fresh | given_up, second = second & inverse(given_up);
         if (any(second)) complete(c, s, fix, second);
         if (any(fresh)) {
             start(c, s, fix, fresh);
@@ -290,12 +310,14 @@ template <class T> class Step {
             s.running = (s.running & inverse(fresh)) | (fresh & done);
         }
         out.initialised = fresh | (second & s.running);
+        out.gated = out.gated & inverse(second & s.running);
         out.restarted = out.restarted & fresh;
         const Mask<T> counted = out.scored | out.restarted;
         out.log_likelihood = select<T>(counted, out.log_likelihood, splat<T>(0.0));
         out.scored = out.scored & inverse(fresh);
         s.started = s.started | fresh;
-        for (T *count : {&s.rejections, &s.surprise, &s.surprise_dof}) *count = select<T>(fresh, splat<T>(0.0), *count);
+        for (T *count : {&s.rejections, &s.surprise, &s.surprise_dof}) *count = select<T>(fresh | (second & s.running), splat<T>(0.0), *count);
+        s.rejections = select<T>(given_up, tries, s.rejections);
         for (T *last : {&s.last_accepted, &s.last_height}) *last = select<T>(fresh | second, s.time, *last);
         s.settled = all(s.running);
     }

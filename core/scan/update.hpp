@@ -27,10 +27,15 @@ template <class T> struct UpdateKernels {
     UpdateKernel<T> position, position_velocity, general, unscented;
 };
 
+// c = P h is off by some n^1.5 eps sqrt(P_ii sum h_k^2 P_kk), so c c' / S by that times the root of sum h_k^2 P_kk / S. Up to this
+// ratio that is less than 1e-12 of P; beyond it, along a row in which a thin P cancels, the square root is taken.
+inline constexpr double thinnest = 1e4;
+
 // A full R = L D L' with unit lower L makes the errors independent once each measured component of the state (and of z) has
 // L's multiples of those before it taken away; afterwards they are put back. Missing components take no part.
 template <class T, int A, int B, int N, int Rows> struct Decorrelate {
     T L[packed_size(Rows)], D[Rows];
+    Mask<T> thin = splat_mask<T>(false);  // R is so thin that D is mostly rounding
     static constexpr int place(int r) { return (r % A) * B + r / A; }
 
     explicit Decorrelate(const Measurement<T> &m) {
@@ -39,7 +44,11 @@ template <class T, int A, int B, int N, int Rows> struct Decorrelate {
             for (int q = 0; q <= r; ++q) {
                 T sum = select<T>(m.present[r] & m.present[q], m.R[packed(r, q)], q == r ? one : zero);
                 for (int k = 0; k < q; ++k) sum = sum - L[packed(r, k)] * L[packed(q, k)] * D[k];
-                if (q == r) D[r] = sum, L[packed(r, r)] = one;
+                if (q == r) {
+                    const T whole = select<T>(m.present[r], m.R[packed(r, r)], one);
+                    thin = thin | (thinnest * sum < whole);
+                    D[r] = larger<T>(sum, rounding_share(Rows) * whole), L[packed(r, r)] = one;
+                }
                 else L[packed(r, q)] = sum / D[q];
             }
     }
@@ -61,78 +70,47 @@ template <class T, int A, int B, int N, int Rows> struct Decorrelate {
     }
 };
 
+// Returns where this must not be used.
 template <class T, int A, int B, int N, int Rows>
-[[gnu::noinline]] void independent(const Measurement<T> &m, double sign, T *x, T *P, T *z, T *R) {
+[[gnu::noinline]] Mask<T> independent(const Measurement<T> &m, double sign, T *x, T *P, T *z, T *R) {
     const Decorrelate<T, A, B, N, Rows> change(m);
     change.turn(sign, x, P);
     for (int r = 0; r < Rows && sign < 0; ++r) {
         R[r] = change.D[r];
         for (int q = 0; q < r; ++q) z[r] = z[r] - select<T>(m.present[q], change.L[packed(r, q)] * z[q], splat<T>(0.0));
     }
+    return change.thin;
 }
 
-// Position, or position and velocity: components of the state itself are measured.
-template <class T, int A, int B, int N, bool Velocity>
-void update_direct(const SensorSpec &spec, const Measurement<T> &m, const T *in, T *out, Innovation<T> &v, bool detail) {
-    constexpr int rows = Velocity ? 2 * A : A, size = packed_size(N);
-    T x[N], P[size];
-    JINK_UNROLL
-    for (int i = 0; i < N; ++i) x[i] = in[i];
-    JINK_UNROLL
-    for (int k = 0; k < size; ++k) P[k] = in[N + k];
-    const T zero = splat<T>(0.0), one = splat<T>(1.0);
-    if (detail) {
-        for (int r = 0; r < rows; ++r) {
-            const int p = (r % A) * B + r / A;
-            v.y[r] = select<T>(m.present[r], m.z[r] - in[p], zero);
-            for (int q = 0; q <= r; ++q) {
-                const T noise = m.full ? m.R[packed(r, q)] : q == r ? m.R[r] : zero;
-                const T S = in[N + packed(p, (q % A) * B + q / A)] + noise;
-                v.joint[packed(r, q)] = select<T>(m.present[r] & m.present[q], S, q == r ? one : zero);
-            }
+// One row's S, c = P h and P after it, by a square root of P: with P = L L' and f = L' h,
+//   S = f' f + R,  c = L f,  P = W W',  W = L - c f' / (S + sqrt(S R)).
+// Sums of squares throughout, so nothing cancels. Potter; Bierman, Factorization Methods for Discrete Sequential Estimation, 1977.
+template <class T, int N> struct FactoredRow {
+    T S, c[N], P[packed_size(N)];
+
+    [[gnu::noinline]] FactoredRow(const T *h, const T *before, T R) {
+        T L[packed_size(N)], W[N * N], f[N];
+        cholesky<T>(N, before, L);
+        S = R;
+        for (int k = 0; k < N; ++k) {
+            f[k] = h[k] * L[packed(k, k)];
+            for (int i = k + 1; i < N; ++i) f[k] = f[k] + h[i] * L[packed(i, k)];
+            S = S + f[k] * f[k];
         }
-    }
-    T nis = zero, det = one, z[rows], R[rows];
-    JINK_UNROLL
-    for (int r = 0; r < rows; ++r) z[r] = m.z[r], R[r] = m.R[r];
-    if (m.full) independent<T, A, B, N, rows>(m, -1.0, x, P, z, R);
-    JINK_UNROLL
-    for (int r = 0; r < rows; ++r) {
-        const int p = (r % A) * B + r / A;
-        const T S = P[packed(p, p)] + R[r];
-        const T inverse_S = reciprocal(S);
-        const T e = select<T>(m.present[r], z[r] - x[p], zero);
-        const T gain = select<T>(m.present[r], inverse_S, zero);
-        const T kept = select<T>(m.present[r], R[r] * inverse_S, one);
-        const T scaled = gain * e;
-        nis = nis + scaled * e;
-        det = det * select<T>(m.present[r], S, one);
-        if (detail) v.e[r] = e, v.S[r] = select<T>(m.present[r], S, one);
-        T c[N];
-        JINK_UNROLL
-        for (int i = 0; i < N; ++i) c[i] = P[packed(i, p)];
-        JINK_UNROLL
-        for (int i = 0; i < N; ++i) x[i] = x[i] + c[i] * scaled;
-        JINK_UNROLL
+        const T share = 1.0 / (S + square_root(S * R));
         for (int i = 0; i < N; ++i) {
-            const T g = c[i] * gain;
-            JINK_UNROLL
-            for (int j = 0; j < N; ++j) {
-                if (j > i) continue;
-                if (i == p || j == p) P[packed(i, j)] = P[packed(i, j)] * kept;
-                else if (i == j) P[packed(i, i)] = P[packed(i, i)] * (1.0 + rounding_share(N)) - g * c[i];
-                else P[packed(i, j)] = P[packed(i, j)] - g * c[j];
-            }
+            c[i] = L[packed(i, 0)] * f[0];
+            for (int k = 1; k <= i; ++k) c[i] = c[i] + L[packed(i, k)] * f[k];
+            for (int k = 0; k < N; ++k) W[i * N + k] = (k <= i ? L[packed(i, k)] : splat<T>(0.0)) - c[i] * share * f[k];
         }
+        for (int i = 0; i < N; ++i)
+            for (int j = 0; j <= i; ++j) {
+                T sum = W[i * N] * W[j * N];
+                for (int k = 1; k < N; ++k) sum = sum + W[i * N + k] * W[j * N + k];
+                P[packed(i, j)] = sum;
+            }
     }
-    (void)spec;
-    if (m.full) independent<T, A, B, N, rows>(m, 1.0, x, P, z, R);
-    v.nis = nis, v.det = det;
-    JINK_UNROLL
-    for (int i = 0; i < N; ++i) out[i] = x[i];
-    JINK_UNROLL
-    for (int k = 0; k < size; ++k) out[N + k] = P[k];
-}
+};
 
 // Rows H with residual y about the predicted state; R packed if `full`, else variances.
 template <class T, int N>
@@ -174,7 +152,7 @@ void update_rows(int rows, const Mask<T> *present, T *y, T *H, T *R, bool full, 
         }
         for (int r = 0; r < rows; ++r) scale[r] = L[packed(r, r)], R[r] = one;
     }
-    T moved[N], P[size];
+    T moved[N], P[size], factored[size];
     for (int i = 0; i < N; ++i) moved[i] = zero;
     JINK_UNROLL
     for (int k = 0; k < size; ++k) P[k] = in[N + k];
@@ -190,6 +168,16 @@ void update_rows(int rows, const Mask<T> *present, T *y, T *H, T *R, bool full, 
         }
         JINK_UNROLL
         for (int k = 0; k < N; ++k) S = S + h[k] * c[k], e = e - h[k] * moved[k];
+        T spread = h[0] * h[0] * P[0];
+        JINK_UNROLL
+        for (int k = 1; k < N; ++k) spread = spread + h[k] * h[k] * P[packed(k, k)];
+        const Mask<T> thin = present[r] & (spread > thinnest * S);
+        if (__builtin_expect(any(thin), 0)) {
+            const FactoredRow<T, N> row(h, P, R[r]);
+            S = select<T>(thin, row.S, S);
+            for (int i = 0; i < N; ++i) c[i] = select<T>(thin, row.c[i], c[i]);
+            for (int k = 0; k < size; ++k) factored[k] = row.P[k];
+        }
         const T inverse_S = reciprocal(S);
         const T gain = select<T>(present[r], inverse_S, zero), scaled = gain * e;
         nis = nis + scaled * e;
@@ -207,12 +195,100 @@ void update_rows(int rows, const Mask<T> *present, T *y, T *H, T *R, bool full, 
                 P[packed(i, j)] = kept - g * c[j];
             }
         }
+        if (__builtin_expect(any(thin), 0))
+            for (int k = 0; k < size; ++k) P[k] = select<T>(thin, factored[k], P[k]);
     }
     v.nis = nis, v.det = det;
     JINK_UNROLL
     for (int i = 0; i < N; ++i) out[i] = in[i] + moved[i];
     JINK_UNROLL
     for (int k = 0; k < size; ++k) out[N + k] = P[k];
+}
+
+// Components of the state as rows of H, for a full R that is too thin to be decorrelated by a triangle of unit diagonal.
+template <class T, int A, int B, int N, int Rows>
+[[gnu::noinline]] void update_thin(const Measurement<T> &m, const T *in, T *out, Innovation<T> &v, bool detail) {
+    T y[largest_measurement], H[largest_measurement * N], R[packed_size(largest_measurement)];
+    for (int k = 0; k < Rows * N; ++k) H[k] = splat<T>(0.0);
+    for (int r = 0; r < Rows; ++r) {
+        const int p = Decorrelate<T, A, B, N, Rows>::place(r);
+        y[r] = m.z[r] - in[p], H[r * N + p] = splat<T>(1.0);
+    }
+    for (int k = 0; k < packed_size(Rows); ++k) R[k] = m.R[k];
+    update_rows<T, N>(Rows, m.present, y, H, R, true, in, out, v, detail);
+}
+
+// Position, or position and velocity: components of the state itself are measured.
+template <class T, int A, int B, int N, bool Velocity>
+void update_direct(const SensorSpec &spec, const Measurement<T> &m, const T *in, T *out, Innovation<T> &v, bool detail) {
+    constexpr int rows = Velocity ? 2 * A : A, size = packed_size(N);
+    T x[N], P[size];
+    JINK_UNROLL
+    for (int i = 0; i < N; ++i) x[i] = in[i];
+    JINK_UNROLL
+    for (int k = 0; k < size; ++k) P[k] = in[N + k];
+    const T zero = splat<T>(0.0), one = splat<T>(1.0);
+    if (detail) {
+        for (int r = 0; r < rows; ++r) {
+            const int p = (r % A) * B + r / A;
+            v.y[r] = select<T>(m.present[r], m.z[r] - in[p], zero);
+            for (int q = 0; q <= r; ++q) {
+                const T noise = m.full ? m.R[packed(r, q)] : q == r ? m.R[r] : zero;
+                const T S = in[N + packed(p, (q % A) * B + q / A)] + noise;
+                v.joint[packed(r, q)] = select<T>(m.present[r] & m.present[q], S, q == r ? one : zero);
+            }
+        }
+    }
+    T nis = zero, det = one, z[rows], R[rows];
+    JINK_UNROLL
+    for (int r = 0; r < rows; ++r) z[r] = m.z[r], R[r] = m.R[r];
+    Mask<T> thin = splat_mask<T>(false);
+    T other[N + size];
+    Innovation<T> in_other;
+    if (m.full) {
+        thin = independent<T, A, B, N, rows>(m, -1.0, x, P, z, R);
+        if (any(thin)) update_thin<T, A, B, N, rows>(m, in, other, in_other, detail);
+    }
+    JINK_UNROLL
+    for (int r = 0; r < rows; ++r) {
+        const int p = (r % A) * B + r / A;
+        const T S = P[packed(p, p)] + R[r];
+        const T inverse_S = reciprocal(S);
+        const T e = select<T>(m.present[r], z[r] - x[p], zero);
+        const T gain = select<T>(m.present[r], inverse_S, zero);
+        const T kept = select<T>(m.present[r], R[r] * inverse_S, one);
+        const T scaled = gain * e;
+        nis = nis + scaled * e;
+        det = det * select<T>(m.present[r], S, one);
+        if (detail) v.e[r] = e, v.S[r] = select<T>(m.present[r], S, one);
+        T c[N];
+        JINK_UNROLL
+        for (int i = 0; i < N; ++i) c[i] = P[packed(i, p)];
+        JINK_UNROLL
+        for (int i = 0; i < N; ++i) x[i] = x[i] + c[i] * scaled;
+        JINK_UNROLL
+        for (int i = 0; i < N; ++i) {
+            const T g = c[i] * gain;
+            JINK_UNROLL
+            for (int j = 0; j < N; ++j) {
+                if (j > i) continue;
+                if (i == p || j == p) P[packed(i, j)] = P[packed(i, j)] * kept;
+                else if (i == j) P[packed(i, i)] = P[packed(i, i)] * (1.0 + rounding_share(N)) - g * c[i];
+                else P[packed(i, j)] = P[packed(i, j)] - g * c[j];
+            }
+        }
+    }
+    (void)spec;
+    if (m.full) independent<T, A, B, N, rows>(m, 1.0, x, P, z, R);
+    v.nis = nis, v.det = det;
+    JINK_UNROLL
+    for (int i = 0; i < N; ++i) out[i] = x[i];
+    JINK_UNROLL
+    for (int k = 0; k < size; ++k) out[N + k] = P[k];
+    if (!m.full || !any(thin)) return;
+    for (int k = 0; k < N + size; ++k) out[k] = select<T>(thin, other[k], out[k]);
+    v.nis = select<T>(thin, in_other.nis, nis), v.det = select<T>(thin, in_other.det, det);
+    for (int r = 0; r < rows && detail; ++r) v.e[r] = select<T>(thin, in_other.e[r], v.e[r]), v.S[r] = select<T>(thin, in_other.S[r], v.S[r]);
 }
 
 // Any sensor, linearised at the predicted state (extended Kalman filter).

@@ -75,10 +75,12 @@ template <class T> class VariableDimension {
             const T r = R[packed(a, a)], P11 = P[packed(p, p)], P12 = P[packed(v, p)], P22 = P[packed(v, v)];
             x[at + 2] = 2.0 * over * over * (z[a] - before[p] - dt * before[v]);
             x[at] = z[a], x[at + 1] = before[v] + dt * x[at + 2];
-            out[packed(at, at)] = r, out[packed(at + 1, at)] = 2.0 * r * over, out[packed(at + 2, at)] = 2.0 * r * over * over;
-            out[packed(at + 1, at + 1)] = 4.0 * over * over * (r + P11) + P22 + 4.0 * over * P12;
+            // what is summed with P12, which may cancel
+            const T v_spread = 4.0 * over * over * (r + P11) + P22, a_spread = 4.0 * over * over * over * over * (r + P11 + dt * dt * P22);
+            out[packed(at, at)] = r * (1.0 + rounding_share(n)), out[packed(at + 1, at)] = 2.0 * r * over, out[packed(at + 2, at)] = 2.0 * r * over * over;
+            out[packed(at + 1, at + 1)] = 4.0 * over * over * (r + P11) + P22 + 4.0 * over * P12 + rounding_share(n) * v_spread;
             out[packed(at + 2, at + 1)] = over * (4.0 * over * over * (r + P11) + 2.0 * P22 + 6.0 * over * P12);
-            out[packed(at + 2, at + 2)] = 4.0 * over * over * over * over * (r + P11 + 2.0 * dt * P12 + dt * dt * P22);
+            out[packed(at + 2, at + 2)] = 4.0 * over * over * over * over * (r + P11 + 2.0 * dt * P12 + dt * dt * P22) + rounding_share(n) * a_spread;
         }
         SensorSpec spec{SensorKind::position, A, A, Vertical::none, false, false, true, {0.0, 0.0, 0.0}, 0.0};
         for (int e = window - 1; e >= 0; --e) {
