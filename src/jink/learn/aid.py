@@ -178,8 +178,8 @@ def fit_corrector(
 def weakened(filter: Any, runs: Runs, corrector: Corrector) -> tuple[Corrector, tuple[float, ...]]:
     """The corrector, each correction times a gain between 0 and 1, and these gains.
 
-    A correction a of the error e leaves the least error at γ = Σ e a / Σ a². The gain is the least over the families of runs
-    of γ − 2 standard errors, taken over their runs: an aid helps each kind of target that it is checked on, or is
+    A correction a of the error e leaves the least error at γ = Σ e a / Σ a². The gain is the least over the families of
+    runs of γ − 2 standard errors, taken over their runs: an aid helps each kind of target that it is checked on, or is
     silent. A family of one run has no standard error.
     """
     seen = watch(filter, runs)

@@ -114,9 +114,7 @@ def _fleet(targets: tuple[int, ...], runs: int, seed: int) -> Runs:
 
 
 def _with_weaving(runs: int, seed: int) -> Runs:
-    """East and north of targets 1, 3 and 5 and of a fighter that weaves: trained without it, an aid of the IMM loses
-    about one per cent on target 6, which pulls harder for longer.
-    """
+    """East and north of targets 1, 3 and 5 and of a fighter that weaves, which pulls as hard as target 6."""
     weaving = from_scenario("weave", runs, seed, sensor=SD, interval=1.0).along([0, 1]).axes_apart()
     return joined([_fleet((1, 3, 5), runs, seed), weaving])
 
