@@ -16,7 +16,7 @@ from ..models.start import Prior
 
 @dataclass
 class FixedStep:
-    """x' = step x with noise, for one step of ``step_seconds``; whole numbers of steps are taken one after the other."""
+    """x' = step x with noise, for one step of ``step_seconds``; several steps are taken one after the other."""
 
     step: Array
     noise: Array
