@@ -98,10 +98,10 @@ def _rms(squares: Any) -> float:
     return math.sqrt(statistics.fmean(squares))
 
 
-def table_of(results: dict[str, dict[str, dict[str, Any]]], versions: dict[str, str]) -> list[str]:
+def table_of(skies: dict[str, dict[str, dict[str, Any]]], versions: dict[str, str]) -> list[str]:
     """A Markdown table: a row per sky and library, and what jink did not win."""
     cells, lost = [], []
-    for sky, found in results.items():
+    for sky, found in skies.items():
         for label, f in found.items():
             ratio = "" if label == OURS else f"{f['gospa ratio']:.2f}"
             times = "" if label == OURS else f"{f['time ratio']:,.0f}"

@@ -4,7 +4,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .association import Tracker
+    from .association import Tracker, radar_bias
     from .catalogue.choose import choose_filter, default_filter
     from .catalogue.purpose import Purpose
     from .catalogue.registry import FILTERS
@@ -97,6 +97,7 @@ __all__ = [
     "default_filter",
     "load",
     "plot",
+    "radar_bias",
     "track",
 ]
 
@@ -155,6 +156,7 @@ _HOME = {
     "default_filter": "catalogue.choose",
     "load": "filters.loading",
     "plot": "report.plot",
+    "radar_bias": "association",
     "track": "tracking",
 }
 
