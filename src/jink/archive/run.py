@@ -54,7 +54,9 @@ class How:
     @property
     def count(self) -> int:
         """The number of processes."""
-        return self.processes or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+        if self.processes:
+            return self.processes
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
     def workers(self) -> Workers:
         """Who does the work."""

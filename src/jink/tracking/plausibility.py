@@ -113,7 +113,7 @@ def findings(seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency
         *_stillness(targets),
         *_noise(noise, targets),
         *_times(seen),
-        *_consistency(seen, consistency),
+        *_consistency(seen, noise, consistency),
         *_errors(targets, noise),
         *_slant(targets, noise),
     ]
@@ -348,10 +348,12 @@ def _times(seen: Seen) -> Iterator[Finding]:
         )
 
 
-def _consistency(seen: Seen, consistency: dict[str, float]) -> Iterator[Finding]:
-    """The innovations of all rows against what the filter says of them."""
+def _consistency(seen: Seen, noise: Sequence[dict[str, Any]], consistency: dict[str, float]) -> Iterator[Finding]:
+    """The innovations of all rows against what the filter says of them; errors that last make them small."""
     mean = consistency.get("mean_per_dimension")
     if mean is None or NIS_MEAN[0] <= mean <= NIS_MEAN[1]:
+        return
+    if mean < NIS_MEAN[0] and any("lasting_sd" in line for line in noise):
         return
     if seen.scored < NIS_ROWS:
         return
@@ -366,9 +368,23 @@ def _consistency(seen: Seen, consistency: dict[str, float]) -> Iterator[Finding]
 
 
 def _errors(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[Finding]:
-    """Errors that last: their estimated sd is that of their changes, which is too small."""
+    """Errors that last: no filter takes them out, and where the noise does not count them, sds are too small."""
+    some = targets.filter(pl.col("error_sd").is_not_null())
+    counted = [line for line in noise if "lasting_sd" in line]
+    if counted and some.height:
+        sd, seconds = (float(np.median([line[name] for line in counted])) for name in ("lasting_sd", "lasting_seconds"))
+        yield Finding(
+            "correlated",
+            f"errors of about {sd:.2g} m lasting about {seconds:.2g} s; they count as noise, and the sds of positions "
+            "have them, but no filter takes them out",
+            **_named(some),
+            likely="a satellite receiver, or positions that were smoothed before",
+            mend=f"--sensor-sd {sd:.2g} takes them for independent errors",
+        )
+        return
     estimated = [line["position_sd"] for line in noise if line.get("position_sd_from") == "estimated"]
-    if not estimated:
+    stamped = any(line.get("time_sd", 0.0) > 0 for line in noise)
+    if not estimated or stamped:
         return
     assumed = max(estimated)
     some = targets.filter(pl.col("error_sd") > 2.0 * assumed)
