@@ -16,6 +16,7 @@ FLOORS = (
     ("filters",),
     ("association", "catalogue"),
     ("tracking",),
+    ("archive",),
     ("scenarios",),
     ("compare",),
     ("fit",),

@@ -4,8 +4,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .association import Tracker
+    from .association import Tracker, radar_bias
     from .catalogue.choose import choose_filter, default_filter
+    from .catalogue.purpose import Purpose
     from .catalogue.registry import FILTERS
     from .catalogue.targets import KINDS
     from .estimate import STATUS, Estimate, Status
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from .filters.kalman import Kalman
     from .filters.loading import load
     from .filters.neural_vsmm import NetworkNoise, NeuralModes
+    from .filters.own import OwnFilter
     from .filters.pseudo_bayesian import GPB1, GPB2, StaticMM
     from .filters.variable_dimension import VariableDimension
     from .filters.variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
@@ -36,7 +38,9 @@ if TYPE_CHECKING:
     from .models.sensor import Bearing, Polar, Position, PositionVelocity
     from .models.start import OnePoint, Prior, TwoPoint
     from .models.switching import Sojourn
+    from .report.plot import Page, plot
     from .tracking.batch import track
+    from .tracking.live_tracker import LiveTracker
 
 __all__ = [
     "FILTERS",
@@ -67,14 +71,18 @@ __all__ = [
     "Kalman",
     "KnownTurn",
     "LimitWidening",
+    "LiveTracker",
     "NetworkNoise",
     "NeuralModes",
     "OnePoint",
     "Outliers",
+    "OwnFilter",
+    "Page",
     "Polar",
     "Position",
     "PositionVelocity",
     "Prior",
+    "Purpose",
     "Radar",
     "Singer",
     "Sojourn",
@@ -88,6 +96,8 @@ __all__ = [
     "choose_filter",
     "default_filter",
     "load",
+    "plot",
+    "radar_bias",
     "track",
 ]
 
@@ -119,15 +129,19 @@ _HOME = {
     "Kalman": "filters.kalman",
     "KnownTurn": "models.motion",
     "LimitWidening": "filters.current_statistical",
+    "LiveTracker": "tracking.live_tracker",
     "NetworkNoise": "filters.neural_vsmm",
     "NeuralModes": "filters.neural_vsmm",
     "OnePoint": "models.start",
     "Coasting": "models.coasting",
     "Outliers": "models.outliers",
+    "OwnFilter": "filters.own",
+    "Page": "report.plot",
     "Polar": "models.sensor",
     "Position": "models.sensor",
     "PositionVelocity": "models.sensor",
     "Prior": "models.start",
+    "Purpose": "catalogue.purpose",
     "Radar": "models.radar",
     "STATUS": "estimate",
     "Singer": "models.motion",
@@ -141,6 +155,8 @@ _HOME = {
     "choose_filter": "catalogue.choose",
     "default_filter": "catalogue.choose",
     "load": "filters.loading",
+    "plot": "report.plot",
+    "radar_bias": "association",
     "track": "tracking",
 }
 

@@ -196,3 +196,89 @@ def test_two_hundred_flights_open(look, tracks, summary):
     page.locator("#list tbody tr").nth(20).click()
     assert opened.chosen() == page.locator("#list tbody tr").nth(20).locator("button").inner_text()
     assert opened.complaints == []
+
+
+def test_coasts_and_borders_lie_behind_the_tracks(look, tracks):
+    opened = look(tracks(3, 100, centre=(51.0, 1.4)))  # the strait of Dover
+    lines = opened.page.evaluate("() => window.jinkPage.world()")
+    assert lines > 0
+    assert opened.complaints == []
+
+
+def test_all_targets_at_one_moment(look, tracks):
+    opened = look(tracks(5, 300))
+    page = opened.page
+    assert page.locator("#replay-text").inner_text() == "all times" and page.locator("#replay-off").is_disabled()
+    page.locator("#replay-slider").fill("5000")
+    first = page.evaluate("() => window.jinkPage.moment()")
+    page.click("#replay-play")
+    page.wait_for_timeout(300)
+    page.click("#replay-play")
+    assert page.evaluate("() => window.jinkPage.moment()") > first
+    assert page.locator("#replay-play").inner_text() == "Play"
+    page.click("#replay-off")
+    assert page.evaluate("() => window.jinkPage.moment()") is None
+    assert opened.complaints == []
+
+
+def test_a_distance_is_measured(look, tracks):
+    opened = look(tracks(2, 100, centre=(0.0, 10.0)))
+    page = opened.page
+    page.click("#measure")
+    box = page.locator("#plan").bounding_box()
+    view = page.evaluate("() => window.jinkPage.view()")
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 100, y, steps=4)
+    page.mouse.up()
+    length, direction = page.evaluate("() => window.jinkPage.measured()")
+    assert length == pytest.approx(100 / (view["k"] * view["aspect"]), rel=0.01)  # the sphere is flat over so little
+    assert direction == pytest.approx(90.0, abs=0.5)
+    after = page.evaluate("() => window.jinkPage.view()")
+    assert after == view  # the plan did not move along
+    assert opened.complaints == []
+
+
+def test_the_address_leads_back_to_time_and_units(look, tracks):
+    frame = tracks(3, 400)
+    opened = look(frame)
+    page = opened.page
+    page.locator("#list tbody tr").nth(1).click()
+    page.click("#time-in")
+    page.select_option("#units", "nautical")
+    anchor = page.url[page.url.index("#") :]
+    assert "from=" in anchor and anchor.endswith("units=nautical")
+    window = page.evaluate("() => window.jinkPage.timeWindow()")
+    again = look(frame, anchor=anchor)
+    assert again.chosen() == opened.chosen()
+    assert again.page.evaluate("() => window.jinkPage.timeWindow()") == pytest.approx(window, abs=0.01)
+    assert again.page.locator("#units").input_value() == "nautical"
+    assert again.complaints == []
+
+
+def test_rows_of_a_target_as_csv(look, tracks):
+    frame = tracks(2, 50).with_columns(target=pl.lit("=1+1,") + pl.col("target"))
+    opened = look(frame)
+    name = frame["target"][0]
+    text = opened.page.evaluate("(name) => window.jinkPage.csv(name)", name)
+    rows = pl.read_csv(text.encode())
+    mine = frame.filter(pl.col("target") == name)
+    assert rows.height == mine.height and rows["target"].unique().to_list() == ["'" + name]
+    assert (rows["latitude"] - mine["latitude"]).abs().max() < 1e-6
+    assert (rows["speed"] - mine["speed"]).abs().max() < 0.01
+    with opened.page.expect_download() as waiting:
+        opened.page.click("#rows-csv")
+    assert waiting.value.suggested_filename.endswith(".csv")
+    with opened.page.expect_download() as waiting:
+        opened.page.click("#plan-png")
+    assert waiting.value.suggested_filename == "plan.png"
+    assert opened.complaints == []
+
+
+def test_a_name_that_is_not_there(look, tracks):
+    opened = look(tracks(3, 50))
+    opened.page.fill("#find", "nobody")
+    assert "nobody" in opened.page.locator("#list td.nothing").inner_text()
+    opened.page.locator("#list td.nothing").click()
+    assert opened.complaints == []

@@ -512,9 +512,35 @@ def test_an_exception_of_a_function_says_where():
     assert error.value.__notes__ == ["raised by Failing.f", "at scan 1"]
 
 
-def test_it_cannot_be_saved(tmp_path):
-    with pytest.raises(TypeError, match="is code and cannot be saved"):
-        jink.Kalman(OWN_CV, POSITION).save(tmp_path / "f.json")
+@pytest.mark.parametrize("own", [OWN_CV, OWN_CT])
+def test_a_saved_filter_names_the_class_and_its_numbers(own, tmp_path):
+    """It is read back only where the caller agrees that the module is imported."""
+    path, filter = tmp_path / "f.json", jink.IMM([own, CA], POSITION, 0.9)
+    filter.save(path)
+    assert f'"code": "{type(own).__module__}:{type(own).__name__}"' in path.read_text()
+    with pytest.raises(ValueError, match=r"motions\[0\]: is a model of your own, .*own=True"):
+        jink.load(path)
+    again, (t, z) = jink.load(path, own=True), scene(POSITION, 40, 2)
+    assert_array_equal(again.filter(t, z).x, filter.filter(t, z).x)
+
+
+def test_what_is_not_at_the_top_of_a_module_cannot_be_saved(tmp_path):
+    class Local(Straight):
+        pass
+
+    with pytest.raises(TypeError, match="is code and cannot be saved to a file, unless its class stands at the top"):
+        jink.Kalman(Local(1.0), POSITION).save(tmp_path / "f.json")
+    with_code = Straight(1.0)
+    with_code.helper = len
+    with pytest.raises(TypeError, match=r"Straight.helper: is code and cannot be saved"):
+        jink.Kalman(with_code, POSITION).save(tmp_path / "f.json")
+    (tmp_path / "g.json").write_text(
+        '{"jink": "filter", "version": 1, "units": "SI", "filter": "Kalman",'
+        '"sensors": [{"kind": "Position", "sd": 1}],'
+        '"motions": [{"kind": "own", "code": "no_such_module:Model"}]}'
+    )
+    with pytest.raises(ValueError, match="module no_such_module cannot be imported"):
+        jink.load(tmp_path / "g.json", own=True)
 
 
 @pytest.mark.parametrize("sd", [1e-6, 1.0, 1e6])

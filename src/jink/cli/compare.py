@@ -53,7 +53,8 @@ class CompareRequest(SensorOptions):
         str,
         typer.Option(
             metavar="A,B,C.json",
-            help="More filters to compare: names (a wrong one lists all), the word all, or files written by save().",
+            help="More filters to compare: names (a wrong one lists all), the word all, files written by save(), or "
+            "yours as my.py:name.",
             autocompletion=completed_from("filters", also=("all",)),
         ),
     ] = ""

@@ -15,6 +15,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
+from ..io.printable import printable, printable_json
 from . import streams
 
 # what the command line works with, but `import jink` does not
@@ -126,10 +127,10 @@ def _known(error: BaseException) -> tuple[str, int] | None:
 def failed(message: str, status: int, *, as_json: bool = False) -> int:
     """Say why on standard error, and on standard output where JSON is expected there. Returns the status."""
     if as_json:
-        sys.stdout.write(json.dumps({"error": message, "status": status}, ensure_ascii=False) + "\n")
+        sys.stdout.write(printable_json(json.dumps({"error": message, "status": status}, ensure_ascii=False)) + "\n")
     with suppress(OSError, ValueError):  # nobody may be there to read it
         if os.environ.get("JINK_DEBUG") and sys.exc_info()[0] is not None:
             traceback.print_exc()
-        sys.stderr.write(f"jink: {message}\n")
+        sys.stderr.write(f"jink: {printable(message)}\n")
         sys.stderr.flush()
     return status

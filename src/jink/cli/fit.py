@@ -29,6 +29,7 @@ from .request import (
     output_path,
     parse_columns,
     progress_line,
+    say,
     words_of,
 )
 
@@ -53,7 +54,8 @@ class FitRequest:
         str | None,
         typer.Option(
             metavar="NAME",
-            help="The filter to fit: a name (a wrong one lists all) or a file written by save(). Default: imm. "
+            help="The filter to fit: a name (a wrong one lists all), a file written by save(), or yours as my.py:name. "
+            "Default: imm. "
             "With --search: the candidates, with commas. Default: all.",
             autocompletion=completed_from("filters"),
         ),
@@ -170,9 +172,9 @@ def _run(request: FitRequest) -> int:
 def _say_where(output: Path | None, report: Path | None) -> None:
     """Where the filter and the page are, and how the filter is used."""
     if output:
-        sys.stdout.write(f"\nfilter in {output}: jink track FILE --filter {output}\n")
+        say(f"\nfilter in {output}: jink track FILE --filter {output}\n")
     if report:
-        sys.stdout.write(f"page in {report}\n")
+        say(f"page in {report}\n")
 
 
 def _search(request: FitRequest, options: dict[str, Any], output: Path | None, report: Path | None) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -17,6 +18,7 @@ import typer
 from typer.core import TyperArgument, TyperCommand, TyperOption
 
 from ..io.errors import InputError
+from ..io.printable import printable, printable_json
 
 if TYPE_CHECKING:
     from ..scenarios.observation import Seeing
@@ -109,6 +111,15 @@ RecordedKind = Annotated[
         metavar="KIND",
         help="What the targets of a recorded file are: {kinds}.",
         autocompletion=completed_from("kinds"),
+    ),
+]
+SafeCsv = Annotated[
+    bool,
+    typer.Option(
+        "--safe-csv",
+        rich_help_panel="Output",
+        help="Put ' before text in CSV that a spreadsheet would run as a formula (= + - @ first).",
+        **FLAG,
     ),
 ]
 Columns = Annotated[
@@ -253,6 +264,8 @@ def output_path(option: str, given: str | None, *, stdout: bool = False, data: s
         raise InputError(f"{option} -: expected a file")
     if path.is_dir() or not path.parent.is_dir():
         raise InputError(f"{option} {path}: expected a file in a folder that exists")
+    if not os.access(path.parent, os.W_OK):
+        raise InputError(f"{option} {path}: no permission to write in {path.parent}")
     if data and path.exists() and Path(data).exists() and path.samefile(data):
         raise InputError(f"{path} is the input; the output needs another name")
     return path
@@ -268,7 +281,14 @@ def filter_path(given: str | None, data: str) -> Path | None:
 
 def json_text(body: Any, **options: Any) -> str:
     """JSON as the commands write it."""
-    return json.dumps(body, **{"indent": 2, "ensure_ascii": False, "allow_nan": False, **options}) + "\n"
+    return (
+        printable_json(json.dumps(body, **{"indent": 2, "ensure_ascii": False, "allow_nan": False, **options})) + "\n"
+    )
+
+
+def say(text: str) -> None:
+    """Write prose to standard output; names in it cannot do anything to the terminal."""
+    sys.stdout.write(printable(text))
 
 
 @contextmanager
@@ -279,7 +299,7 @@ def progress_line(wanted: bool) -> Iterator[Callable[[str], None] | None]:
         return
 
     def say(text: str) -> None:
-        sys.stderr.write(f"\r\033[K{text}")
+        sys.stderr.write(f"\r\033[K{printable(text, one_line=True)}")
         sys.stderr.flush()
 
     try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import tempfile
 import time as clock
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from .request import (
     FLAG,
     RecordedKind,
     Runs,
+    SafeCsv,
     Seed,
     SensorOptions,
     check_at_least,
@@ -25,6 +25,7 @@ from .request import (
     check_seed,
     completed_from,
     json_text,
+    say,
 )
 
 
@@ -54,6 +55,7 @@ class SimulateRequest(SensorOptions):
     seed: Seed = 0
     kind: RecordedKind = "aircraft"
     json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.", **FLAG)] = False
+    safe_csv: SafeCsv = False
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary.", **FLAG)] = False
 
 
@@ -63,6 +65,7 @@ def run_simulate(request: SimulateRequest) -> int:
 
 
 def _run(request: SimulateRequest) -> int:
+    from ..io.spreadsheets import check_is_csv
     from ..io.writing import MAPS, check_writable, format_of
 
     began = clock.perf_counter()
@@ -76,6 +79,8 @@ def _run(request: SimulateRequest) -> int:
             f"the output {output} cannot be {MAPS[file_format]}: scenarios have no place on a map; "
             "write to .parquet or .csv"
         )
+    if request.safe_csv:
+        check_is_csv(output, file_format)
     check_writable(output)
     if output.exists() and Path(request.name).exists() and output.samefile(request.name):
         raise InputError(f"{output} is an input; the output needs another name")
@@ -89,6 +94,7 @@ def _run(request: SimulateRequest) -> int:
 
 def _run_sky(request: SimulateRequest, output: Path, file_format: str, began: float) -> int:
     """Plots without identity, and what was there in a table beside them: `sky.parquet`, `sky.truth.parquet`."""
+    from ..io.spreadsheets import harmless
     from ..io.writing import atomically, write_tracks
     from ..scenarios.skies import sky_called
     from ..scenarios.table import sky_tables
@@ -99,7 +105,7 @@ def _run_sky(request: SimulateRequest, output: Path, file_format: str, began: fl
     plots, truth = sky_tables(sky, request.runs, request.seed)
     beside = output.with_name(f"{output.name.removesuffix(''.join(output.suffixes))}.truth.parquet")
     with atomically(output, beside) as (first, second):
-        write_tracks(plots, first, file_format)
+        write_tracks(harmless(plots) if request.safe_csv else plots, first, file_format)
         truth.write_parquet(second)
     done = {
         "scenario": sky.name,
@@ -114,7 +120,7 @@ def _run_sky(request: SimulateRequest, output: Path, file_format: str, began: fl
     if request.json:
         sys.stdout.write(json_text(done, allow_nan=True))
     elif not request.quiet:
-        sys.stdout.write(
+        say(
             f"{sky.name}: {sky.summary}\n"
             f"{request.runs:,} runs, seed {request.seed}, {done['sensor']}\n"
             f"{plots.height:,} plots to {output}, the truth to {beside} in {done['seconds']:.1f} s\n"
@@ -126,14 +132,18 @@ def _write(scenario: Any, request: SimulateRequest, output: Path, file_format: s
     """Write pieces to files beside the output and join them in a stream, so memory is bounded. Returns rows."""
     import polars as pl
 
+    from ..io.spreadsheets import harmless
+    from ..io.temporary import folder_in
     from ..io.writing import atomically, compress, write_tracks
     from ..scenarios.table import simulation_table
 
     pieces = scenario.chunks(request.runs, request.seed)
     tables: Iterator[pl.DataFrame] = (simulation_table(piece) for piece in pieces)
+    if request.safe_csv:
+        tables = map(harmless, tables)
     with (
         atomically(output) as (temporary,),
-        tempfile.TemporaryDirectory(dir=output.parent, prefix=".jink.") as folder,
+        folder_in(output.parent) as folder,
     ):
         first = next(tables)
         rows, parts = first.height, 0
@@ -180,7 +190,7 @@ def _say(request: SimulateRequest, scenario: Any, rows: int, seconds: float) -> 
     if request.json:
         sys.stdout.write(json_text(done, allow_nan=True))
     elif not request.quiet:
-        sys.stdout.write(
+        say(
             f"{scenario.name}: {scenario.summary}\n"
             f"{request.runs:,} runs, seed {request.seed}, {done['sensor']}\n"
             f"{rows:,} rows to {request.output} in {seconds:.1f} s\n"

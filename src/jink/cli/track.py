@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time as clock
 from collections.abc import Iterator
@@ -15,11 +16,13 @@ from typing import Annotated, Any
 import typer
 
 from ..io.errors import InputError
-from .exit_status import exit_status
-from .request import FLAG, check_kind, completed_from, parse_columns, parse_sites, words_of
+from ..io.printable import printable
+from .exit_status import PACKAGES, exit_status
+from .request import FLAG, SafeCsv, check_kind, completed_from, json_text, parse_columns, parse_sites, words_of
 
 OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
 PLOTS = "Plots without identity"
+ARCHIVE = "Archives (-o FOLDER/)"
 
 
 class AltitudeUnit(StrEnum):
@@ -77,7 +80,29 @@ class TrackRequest:
             metavar="FILE",
             rich_help_panel=OUTPUT,
             help="Write the tracks: .parquet, .csv, .jsonl, .geojson, .gpx, .kml or .arrow; '-' writes JSON Lines to "
-            "standard output. Without any output, the summary and the first tracks are shown.",
+            "standard output; FOLDER/ or a URL takes an archive of any size. "
+            "Without any output, the summary and the first tracks are shown.",
+        ),
+    ] = None
+    append: Annotated[
+        bool,
+        typer.Option("--append", rich_help_panel=ARCHIVE, help="Add files to a folder that is there.", **FLAG),
+    ] = False
+    strict: Annotated[
+        bool,
+        typer.Option(
+            "--strict",
+            rich_help_panel=ARCHIVE,
+            help="Stop at a file that cannot be read. Default: it is left out, and named among the rejected rows.",
+            **FLAG,
+        ),
+    ] = False
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            rich_help_panel=ARCHIVE,
+            help="Use the workers of a dask scheduler, such as tcp://host:8786, which see the same files.",
         ),
     ] = None
     keep: Annotated[
@@ -102,6 +127,7 @@ class TrackRequest:
         str | None,
         typer.Option(metavar="FILE", rich_help_panel=OUTPUT, help="Write one HTML page that shows the tracks."),
     ] = None
+    safe_csv: SafeCsv = False
     json: Annotated[bool, typer.Option("--json", rich_help_panel=OUTPUT, help="Print the summary as JSON.", **FLAG)] = (
         False
     )
@@ -333,10 +359,15 @@ class TrackRequest:
 
 def run_track(request: TrackRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable input or request."""
+    archive = _is_archive(request.output)
     work = _run_live if "-" in request.inputs else _run_timed if request.timings else _run_files
+    if archive:
+        work = _run_archive
     return exit_status(
         lambda: work(request),
         mistakes=InputError,
+        packages=(*PACKAGES, "pyarrow"),
+        extra="archive" if archive else "track",
         memory="not enough memory; track fewer files at once",
         as_json=request.json,
     )
@@ -416,12 +447,76 @@ def _run_live(request: TrackRequest) -> int:
         (request.json, "--json"),
         (request.keep, "--keep"),
         (request.every, "--every"),
+        (request.safe_csv, "--safe-csv"),
         (request.timings, "--timings"),
     ):
         if given:
             raise InputError(f"{option} needs the whole track; 'jink track -' writes JSON Lines to standard output")
     answer(sys.stdin.fileno(), LiveTracks(*settings_of(request)), quiet=request.quiet)
     return 0
+
+
+def _is_archive(output: str | None) -> bool:
+    """Whether an output is a folder of tracks: its name ends in /, it is a URL, or such a folder is there."""
+    return output is not None and (output.endswith(("/", os.sep)) or "://" in output or Path(output, ".jink").is_dir())
+
+
+def _run_archive(request: TrackRequest) -> int:
+    """Files to a folder, in processes or on a cluster."""
+    from ..archive.run import How, track_archive
+    from ..tracking.large_files import memory_of
+
+    if "-" in request.inputs:
+        raise InputError("'-' is a stream of lines; a folder takes files")
+    reading, settings = settings_of(request)
+    for given, option in (
+        (request.report, "--report"),
+        (request.timings, "--timings"),
+        (request.every, "--every"),
+        (anonymous_of(request), "--anonymous and its like"),
+        (settings.sites, "--site of several radars"),
+    ):
+        if given:
+            raise InputError(f"{option} cannot be used with a folder as output; write to a file such as tracks.parquet")
+    memory = memory_of(request.memory)
+    how = How(memory, request.threads, request.strict, request.append, request.cluster)
+    with _events(request) as say:
+        summary, written = track_archive(request.inputs, str(request.output), reading, settings, how, say)
+    summary["written"] = written
+    if request.json:
+        sys.stdout.write(json_text(summary, default=str))
+    elif not request.quiet:
+        from ..report.summary_table import show
+
+        show(summary)
+    return 0
+
+
+@contextmanager
+def _events(request: TrackRequest) -> Iterator[Any]:
+    """Lines of JSON on standard error with --json, one line that changes on a terminal, or nothing."""
+    from .request import progress_line
+
+    if request.json:
+        yield lambda event: sys.stderr.write(json.dumps(event, ensure_ascii=False) + "\n")
+        return
+    with progress_line(not request.quiet) as line:
+
+        def say(event: dict[str, Any]) -> None:
+            if event["event"] == "file_skipped":
+                sys.stderr.write(f"jink: left out: {event['why'].splitlines()[0]}\n")
+            elif line is not None:
+                line(_in_words(event))
+
+        yield say
+
+
+def _in_words(event: dict[str, Any]) -> str:
+    if event["event"] == "settle":
+        return "reading a sample"
+    what = {"map": "dividing files", "reduce": "tracking buckets"}[event["event"]]
+    left = "" if event["seconds_left"] is None else f", {event['seconds_left']:,.0f} s left"
+    return f"{what}: {event['done']:,} of {event['of']:,}, {event['rows_per_second']:,} rows/s{left}"
 
 
 def _run_timed(request: TrackRequest) -> int:
@@ -437,7 +532,11 @@ def _run_timed(request: TrackRequest) -> int:
 
 
 def _run_files(request: TrackRequest, ledger: Any = None) -> int:
+    for given, option in ((request.append, "--append"), (request.strict, "--strict"), (request.cluster, "--cluster")):
+        if given:
+            raise InputError(f"{option} is for a folder of tracks: -o FOLDER/")
     from ..io.files import expand, name_of
+    from ..io.spreadsheets import check_is_csv
     from ..io.writing import check_apart, check_writable, format_of
 
     began = clock.perf_counter()
@@ -450,6 +549,8 @@ def _run_files(request: TrackRequest, ledger: Any = None) -> int:
     output = Path(request.output) if request.output and not answered else None
     report = Path(request.report) if request.report else None
     kind = format_of(output) if output else ""
+    if request.safe_csv:
+        check_is_csv(request.output, kind)
     outputs = [path for path in (output, report) if path]
     for path in outputs:
         check_writable(path)
@@ -468,7 +569,7 @@ def _run_files(request: TrackRequest, ledger: Any = None) -> int:
         ledger.rows = tracked.summary["rows"]
         tracked.summary["timings"] = ledger.figures()
     if request.json:
-        sys.stdout.write(json.dumps(tracked.summary, indent=2, ensure_ascii=False, default=str) + "\n")
+        sys.stdout.write(json_text(tracked.summary, allow_nan=True, default=str))
     elif answered:
         _answer(tracked, request.quiet)
     elif not request.quiet:
@@ -496,7 +597,7 @@ def _in_memory(
             f"{MAPS[kind]} needs places on the map: give --site LATITUDE,LONGITUDE for x, y or range, azimuth"
         )
     tracked = run(loaded, settings, progress, anonymous)
-    return tracked, _write(tracked, output, kind, Path(request.report) if request.report else None, progress)
+    return tracked, _write(tracked, output, kind, request, progress)
 
 
 def _large(
@@ -514,7 +615,7 @@ def _large(
         return None
     rejected = rejected_path(output) if output else None
     to = (output, kind) if output else None
-    done = track_large(request.inputs, reading, settings, memory, to, rejected, progress)
+    done = track_large(request.inputs, reading, settings, memory, to, rejected, progress, safe=request.safe_csv)
     return done and (Tracked(None, None, done[0]), done[1])
 
 
@@ -525,13 +626,15 @@ def _answer(tracked: Any, quiet: bool) -> None:
     write_tracks(tracked.tracks, sys.stdout.buffer, "jsonl")
     if not quiet and tracked.rejected.height:
         why = ", ".join(f"{count:,} {reason}" for reason, count in tracked.summary["rejected"].items())
-        sys.stderr.write(f"jink: {tracked.rejected.height:,} rows are in no track: {why}\n")
+        sys.stderr.write(printable(f"jink: {tracked.rejected.height:,} rows are in no track: {why}\n"))
 
 
-def _write(tracked: Any, output: Path | None, kind: str, report: Path | None, progress: Any) -> list[Path]:
+def _write(tracked: Any, output: Path | None, kind: str, request: TrackRequest, progress: Any) -> list[Path]:
     """All files or none: written under other names first, then renamed."""
+    from ..io.spreadsheets import harmless
     from ..io.writing import atomically, compress, write_tracks
 
+    report = Path(request.report) if request.report else None
     wanted = [path for path in (output, report) if path]
     if wanted:
         rejected = rejected_path(wanted[0])
@@ -541,7 +644,7 @@ def _write(tracked: Any, output: Path | None, kind: str, report: Path | None, pr
         for number, (path, name) in enumerate(zip(wanted, temporary, strict=True)):
             progress("writing", number, len(wanted))
             if path is output:
-                write_tracks(tracked.tracks, name, kind)
+                write_tracks(harmless(tracked.tracks) if request.safe_csv else tracked.tracks, name, kind)
                 if path.suffix == ".gz":
                     compress(name)
             elif path is report:

@@ -52,6 +52,8 @@ def _in_sample(fitted: dict[str, Any], seed: int) -> bool:
 def suits(filter: Any, purpose: Purpose, path: str) -> str:
     """A note where the filter assumes another noise. Errors: InputError where it cannot take the measurements."""
     own, there = filter.sensors[0], purpose.sensor
+    if not hasattr(own, "components"):
+        return _own_sensor_suits(own, there, purpose, path)
     expected, given = tuple(getattr(own, "components", ())), tuple(there.components)
     along_axes = there.position_only and expected == ("x",)
     if expected != given and not along_axes:
@@ -68,3 +70,17 @@ def suits(filter: Any, purpose: Purpose, path: str) -> str:
     m = len(own.noise)
     same = np.array_equal(own.noise, there.noise[:m, :m])
     return "" if same else "the filter assumes a measurement noise that differs from the data's"
+
+
+def _own_sensor_suits(own: Any, there: Any, purpose: Purpose, path: str) -> str:
+    """A sensor of your own names no components: it must measure as many, and its noise is compared."""
+    R = np.asarray(own.R, dtype=float)
+    R = np.diag(R) if R.ndim == 1 else R
+    if len(R) != len(there.components):
+        raise InputError(
+            f"{path}: the filter's sensor measures {len(R)} components; "
+            f"expected {', '.join(there.components)} as in {purpose.name}"
+        )
+    return (
+        "" if np.array_equal(R, there.noise) else "the filter assumes a measurement noise that differs from the data's"
+    )

@@ -14,7 +14,7 @@ from ..catalogue.targets import KINDS
 from ..checks import Array
 from ..metrics import Figure, events, manoeuvring
 from ..metrics.figure import jackknife
-from ..metrics.manoeuvres import AFTER, BEFORE, Bools, aligned, noticed, settling_time
+from ..metrics.manoeuvres import BEFORE, Bools, aligned, noticed, settling_time
 from ..scenarios import Simulation
 from .scores import JACKKNIFE, NAN, Tally
 
@@ -43,14 +43,12 @@ def busy(simulation: Simulation) -> Bools:
 
 def count(tally: Tally, runs: np.ndarray, error: Array, probability: Array | None, truth: Bools) -> None:
     """Add chunks of position errors (B, S, axes), NaN where they do not count, and manoeuvre probabilities (B, S)."""
-    np.add.at(tally.responses.setdefault("runs", np.zeros(JACKKNIFE)), runs % JACKKNIFE, 1.0)
+    tally.add_response(runs, "runs", np.ones(len(runs)))
     for event in EVENTS:
         rows, member = aligned(error, truth, event), events(truth, event)[:, 0]
         there = np.isfinite(rows)
         for what, values in (("square", np.where(there, rows, 0.0)), ("there", there.astype(float))):
-            name = f"{event}_{what}"
-            store = tally.responses.setdefault(name, np.zeros((JACKKNIFE, BEFORE + AFTER)))
-            np.add.at(store, runs[member] % JACKKNIFE, values)
+            tally.add_response(runs[member], f"{event}_{what}", values)
     if probability is not None:
         for name, (total, number) in noticed(probability, truth).items():
             tally.add(runs, name, total, number)

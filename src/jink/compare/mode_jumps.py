@@ -28,8 +28,7 @@ def count(tally: Tally, runs: np.ndarray, probability: Array | None) -> None:
     """Add the mode probabilities (B, S, M) of the runs with these numbers."""
     if probability is None:
         return
-    store = tally.responses.setdefault("modes", np.zeros((JACKKNIFE, *probability.shape[1:])))
-    np.add.at(store, runs % JACKKNIFE, np.nan_to_num(probability))
+    tally.add_response(runs, "modes", np.nan_to_num(probability))
 
 
 def phases(simulation: Simulation, first: int) -> Phases:

@@ -10,6 +10,7 @@ from ..catalogue.registry import FILTERS
 from ..io.errors import InputError
 from ..scenarios import Scenario, by_name
 from .entrants import ALWAYS, ENTRANTS, check_names
+from .own_filters import own_filters
 from .result import Race
 
 __all__ = ["ALWAYS", "ENTRANTS", "FILTERS", "Race", "compare"]
@@ -17,7 +18,7 @@ __all__ = ["ALWAYS", "ENTRANTS", "FILTERS", "Race", "compare"]
 
 def compare(
     scenario: str | os.PathLike[str] | Scenario,
-    filters: str | Sequence[str] = (),
+    filters: str | Sequence[str] | Mapping[str, Any] = (),
     runs: int = 1000,
     seed: int = 0,
     *,
@@ -27,8 +28,10 @@ def compare(
 ) -> Race:
     """Race filters on a scenario, on a file that `jink simulate` wrote, or without truth on one of recorded positions.
 
-    scenario a name, a :class:`jink.scenarios.Scenario` or a file; filters names of ``ENTRANTS``, "all", or files
-    that ``save`` wrote; raw measurements, tuned Kalman filters, the default IMM and the clairvoyant bound take
+    scenario a name, a :class:`jink.scenarios.Scenario` or a file; filters names of ``ENTRANTS``, "all", files
+    that ``save`` wrote, "file.py:name", or a mapping of your own filters by name: a filter, a function of the
+    :class:`jink.catalogue.purpose.Purpose`, a motion model, an object with ``begin`` and ``step``, or None for jink's
+    filter of that name; raw measurements, tuned Kalman filters, the default IMM and the clairvoyant bound take
     part always. runs and seed of the Monte Carlo experiment; kind of the targets in a file and
     columns of it, role to name, as for :func:`jink.track`; progress(done,
     runs). Interrupted (Ctrl-C), the finished runs are returned, ``partial`` being true.
@@ -38,7 +41,8 @@ def compare(
         raise InputError(f"runs is {runs!r}; expected a whole number of at least 1")
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise InputError(f"seed is {seed!r}; expected a whole number from 0")
-    names = check_names([filters] if isinstance(filters, str) else list(filters))
+    named, own = own_filters(filters)
+    names = check_names(named)
     chosen: Any = scenario
     if not isinstance(scenario, Scenario):
         text = os.fspath(scenario)
@@ -49,8 +53,8 @@ def compare(
             if has_truth(text):
                 from .simulated import race
 
-                return race(recorded_truth(text, kind, runs, seed), names, runs, seed, progress=progress)
-            return race_on_file(text, names, kind=kind, columns=columns, seed=seed, progress=progress)
+                return race(recorded_truth(text, kind, runs, seed), names, runs, seed, more=own, progress=progress)
+            return race_on_file(text, names, kind=kind, columns=columns, seed=seed, more=own, progress=progress)
         if os.sep in text or "." in text:
             raise InputError(f"there is no file {text}")
         try:
@@ -59,4 +63,4 @@ def compare(
             raise InputError(str(error)) from None
     from .simulated import race
 
-    return race(chosen, names, runs, seed, progress=progress)
+    return race(chosen, names, runs, seed, more=own, progress=progress)

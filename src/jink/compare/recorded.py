@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..catalogue.purpose import Purpose, Unfit
+from ..catalogue.purpose import Named, Purpose, Unfit
 from ..checks import Array
 from ..estimate import Status
 from ..filters.axis_by_axis import on_axes
@@ -85,10 +85,13 @@ def race_on_file(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
     guests: Sequence[Entrant] = (),
+    more: Mapping[str, Callable[[Purpose], Named]] | None = None,
     positions: bool = False,
 ) -> Race:
-    """See :func:`jink.compare.compare`; guests take part beside the named ones; positions: a radar's plots are turned
-    into positions. Errors: InputError where no row can be scored.
+    """See :func:`jink.compare.compare`; more: filters beside ``FILTERS``, made as those are; guests take part beside
+    the named ones; positions: a radar's plots are turned into positions.
+
+    Errors: InputError where no row can be scored.
     """
     recording = read(path, kind, seed, columns, positions)
     entrants: dict[str, Entrant] = {guest.name: guest for guest in guests}
@@ -97,9 +100,13 @@ def race_on_file(
         if recording.left_out
         else {}
     )
-    for name in names:
+    own = more or {}
+    for name in (*names, *own):
         try:
-            entrants[name] = _enter(name, recording.purpose, seed)
+            if name in own:
+                entrants[name] = Entrant(name=name, **vars(own[name](recording.purpose)))
+            else:
+                entrants[name] = _enter(name, recording.purpose, seed)
         except Unfit as reason:
             skipped[name] = str(reason)
     entrants = {n: replace(e, filter=on_axes(e.filter, recording.sensor)) for n, e in entrants.items()}

@@ -7,6 +7,7 @@ over groups gives the standard error. Up to GROUPS runs the figures are those of
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,8 +15,10 @@ import numpy as np
 from ..checks import Array
 from ..metrics import Comparison, Figure, paired
 from ..metrics.chi_square import band
+from ..metrics.errors import sum_of_squares
 from ..metrics.figure import jackknife, ratio_influence, spread
 from ..scenarios import Simulation
+from .adding import Stores, add_at, undo
 from .estimates import Answer
 from .mahalanobis import mahalanobis
 
@@ -48,7 +51,7 @@ def scored(answer: Answer, simulation: Simulation, raw: Answer | None, first: in
         for name in ("position", "velocity", "acceleration")
         if (value := getattr(answer, name)) is not None
     }
-    out = {f"{name}_rmse": (e**2).sum(axis=2) for name, e in errors.items()}
+    out = {f"{name}_rmse": sum_of_squares(e) for name, e in errors.items()}
     out["mean_euclidean"] = np.sqrt(out["position_rmse"])
     if raw is not None:
         seen = np.isfinite(raw.position).all(axis=2)
@@ -73,12 +76,13 @@ def scored(answer: Answer, simulation: Simulation, raw: Answer | None, first: in
 def inside(square: Array, dof: Array) -> Array:
     """1 where the square lies in its central 95% interval, 0 outside, NaN where there is none."""
     whole = np.rint(np.where(np.isfinite(dof), dof, 0)).astype(int)
-    out = np.full(square.shape, np.nan)
-    for k in np.unique(whole[whole > 0]):
-        low, high = band(int(k))
-        chosen = (whole == k) & np.isfinite(square)
-        out[chosen] = (square[chosen] >= low) & (square[chosen] <= high)
-    return out
+    whole = np.where(np.isfinite(square), np.maximum(whole, 0), 0)
+    there = np.flatnonzero(np.bincount(whole.ravel(), minlength=1)[1:]) + 1
+    low, high = np.full((2, whole.max(initial=0) + 1), np.nan)
+    for k in there:
+        low[k], high[k] = band(int(k))
+    held = (square >= low[whole]) & (square <= high[whole])
+    return np.where(whole > 0, held, np.nan)
 
 
 @dataclass
@@ -102,13 +106,20 @@ class Tally:
     def add(self, runs: np.ndarray, name: str, total: Array, count: Array) -> None:
         """Sums (B,) of the runs with these numbers."""
         for store, values in ((self.totals, total), (self.counts, count)):
-            there = store.setdefault(name, np.zeros(self.groups))
-            np.add.at(there, runs % self.groups, values)
+            add_at(_of(store, name, self.groups), runs, values)
 
     def add_curve(self, runs: np.ndarray, name: str, values: Array) -> None:
         """Values (B, S) of the runs with these numbers."""
-        there = self.curves.setdefault(name, np.zeros((self.scan_groups, values.shape[1])))
-        np.add.at(there, runs % self.scan_groups, values)
+        add_at(_of(self.curves, name, self.scan_groups, values.shape[1]), runs, values)
+
+    def add_response(self, runs: np.ndarray, name: str, values: Array) -> None:
+        """Values (n, …), each of the run with this number; a run may come several times or not at all."""
+        add_at(_of(self.responses, name, JACKKNIFE, *values.shape[1:]), runs, values)
+
+    def before(self, runs: np.ndarray) -> Callable[[], None]:
+        """What takes back all that is added for these runs from now on."""
+        stores: Stores = [self.totals, self.counts, self.curves, self.responses, {"": self.bins}, {"": self.runs}]
+        return undo(stores, runs, self.costs)
 
     def add_distances(self, runs: np.ndarray, values: Array) -> None:
         """Position errors (B, S) in m, NaN where there is none, into their bins."""
@@ -191,6 +202,13 @@ class Tally:
         each = np.array([1e6 * seconds / updates for seconds, updates in self.costs])
         se = 1.253 * each.std(ddof=1) / math.sqrt(len(each)) if len(each) > 1 else math.nan
         return Figure(float(np.median(each)), float(se))
+
+
+def _of(store: dict[str, Array], name: str, *shape: int) -> Array:
+    """The array of this name, zeros where it is new."""
+    if name not in store:
+        store[name] = np.zeros(shape)
+    return store[name]
 
 
 def _quantile(bins: Array, q: float) -> float:

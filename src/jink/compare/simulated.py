@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,9 +13,11 @@ from .. import metrics
 from ..catalogue.purpose import Named, Purpose, Unfit
 from ..checks import Array
 from ..io.errors import InputError
+from ..metrics.errors import squared
 from ..models.outliers import Outliers
 from ..scenarios import SCENARIOS, Scenario, Simulation
 from . import bounds, manoeuvring, mode_jumps, near_optimal
+from .adding import add_at
 from .entrants import SUFFIX, Entrant, enter
 from .estimates import Answer, Block, filtered, jointly, per_axis, raw
 from .example import Example, example
@@ -84,9 +85,14 @@ def race(
     try:
         for simulation in source.chunks(max(1, CHUNK_ROWS // scenario.schedule.count)):
             # all filters have seen the same runs, whenever it is interrupted
-            following = copy.deepcopy(tallies)
-            seen = _one_chunk(simulation, field, entrants, following)
-            tallies, done, shown = following, done + len(simulation.runs), shown or seen
+            undo = [tally.before(simulation.runs) for tally in tallies.values()]
+            try:
+                seen = _one_chunk(simulation, field, entrants, tallies)
+            except BaseException:
+                for take_back in undo:
+                    take_back()
+                raise
+            done, shown = done + len(simulation.runs), shown or seen
             if progress:
                 progress(done, runs)
     except KeyboardInterrupt:
@@ -239,7 +245,7 @@ def _reference(reference: Any) -> Answer:
 
 def _count(tally: Tally, answer: Answer, simulation: Simulation, field: Field, measured: Answer) -> None:
     runs, first, truth = simulation.runs, field.first, simulation.truth
-    np.add.at(tally.runs, runs % tally.groups, 1.0)
+    add_at(tally.runs, runs, np.ones(len(runs)))
     values = scored(answer, simulation, measured, first)
     for name, each in values.items():
         tally.add(runs, name, *part(each))
@@ -263,7 +269,7 @@ def _count(tally: Tally, answer: Answer, simulation: Simulation, field: Field, m
         seen, true = getattr(measured, quantity), getattr(truth, quantity)
         if seen is None:
             continue
-        noise = ((seen - true[..., : seen.shape[2]]) ** 2).sum(axis=2)[:, first:]
+        noise = squared(seen - true[..., : seen.shape[2]], first)
         both = np.isfinite(square) & np.isfinite(noise)
         tally.add_curve(runs, f"{quantity}_error", np.where(both, square, 0.0))
         tally.add_curve(runs, f"{quantity}_noise", np.where(both, noise, 0.0))
@@ -271,11 +277,11 @@ def _count(tally: Tally, answer: Answer, simulation: Simulation, field: Field, m
 
 def _gone(error: Array, limit: float, scans: int = 5) -> Array:
     """1 for every run whose track is lost, as :func:`jink.metrics.lost` counts, else 0; (B,)."""
-    square = (error**2).sum(axis=2)
+    square = squared(error)
     begun = np.maximum.accumulate(np.isfinite(square), axis=1)
     far = begun & ~(square <= limit * limit)
-    length, gone = np.zeros(len(far)), np.zeros(len(far))
-    for k in range(far.shape[1]):
-        length = np.where(far[:, k], length + 1, 0)
-        gone = np.where(length >= scans, 1.0, gone)
-    return gone
+    ends = far.shape[1] - scans + 1
+    if ends < 1:
+        return np.zeros(len(far))
+    together = np.logical_and.reduce([far[:, k : k + ends] for k in range(scans)])
+    return together.any(axis=1).astype(float)

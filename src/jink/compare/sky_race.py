@@ -15,6 +15,8 @@ from ..catalogue.choose import choose_filter, load_filter
 from ..catalogue.targets import kind_of
 from ..checks import unknown
 from ..io.errors import InputError
+from ..metrics.air_picture import Siap, siap
+from ..metrics.clear_mot import ClearMot, clear_mot
 from ..metrics.skies import Picture, SkyFigures, sky_figures
 from ..models.radar import Radar
 from ..scenarios.skies import Sky, SkyRun, sky_called
@@ -27,6 +29,8 @@ class SkyEntrant:
     filter: str
     association: str
     figures: SkyFigures
+    siap: Siap
+    clear_mot: ClearMot
     milliseconds: float
 
 
@@ -50,6 +54,8 @@ class SkyRace:
         rows = [
             {"filter": e.filter, "association": e.association, "milliseconds_per_scan": e.milliseconds}
             | {name: plain(value) for name, value in e.figures._asdict().items()}
+            | {"siap": {name: plain(value) for name, value in e.siap._asdict().items()}}
+            | {"clear_mot": {name: plain(value) for name, value in e.clear_mot._asdict().items()}}
             for e in self.entrants
         ]
         sky = self.sky
@@ -77,12 +83,14 @@ def race_on_sky(
     for f, a in pairs:
         _tracker(made[f], sky, a, kind)
     truth: list[Any] = []
+    times: list[Any] = []
     found: list[list[Any]] = [[] for _ in pairs]
     seconds = np.zeros(len(pairs))
     scans = 0
     for number in range(runs):
         run = sky.run(number, seed)
         truth.append(run.truth)
+        times.append([scan.time for scan in run.scans])
         scans += len(run.scans)
         for k, (f, a) in enumerate(pairs):
             begin = time.process_time()
@@ -90,8 +98,16 @@ def race_on_sky(
             seconds[k] += time.process_time() - begin
         if progress:
             progress(number + 1, runs)
+    c = sky.cutoff
     entrants = [
-        SkyEntrant(f, a, sky_figures(truth, found[k], sky.cutoff), 1e3 * seconds[k] / scans)
+        SkyEntrant(
+            f,
+            a,
+            sky_figures(truth, found[k], c),
+            siap(truth, found[k], c, times),
+            clear_mot(truth, found[k], c),
+            1e3 * seconds[k] / scans,
+        )
         for k, (f, a) in enumerate(pairs)
     ]
     return SkyRace(sky, runs, seed, entrants)

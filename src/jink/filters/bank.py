@@ -69,6 +69,8 @@ class Bank:
     @cached_property
     def _value(self) -> str | None:
         """Everything that a file would hold; None on models of your own."""
+        if self.declaration is None:
+            return None
         try:
             return json.dumps(self.described(), sort_keys=True)
         except TypeError:
@@ -328,7 +330,7 @@ class Bank:
     def described(self) -> dict[str, Any]:
         """The filter as JSON holds it: its class, its models, and those of its ``arguments`` that are not None.
 
-        Errors: TypeError for a model of your own, which is code.
+        Errors: TypeError for a model of your own whose class or fields a file cannot hold.
         """
         body: dict[str, Any] = {"filter": type(self).__name__}
         body["motions"] = [plain(m) for m in self.motions]
@@ -339,7 +341,8 @@ class Bank:
     def save(self, path: str | os.PathLike[str], **more: Any) -> None:
         """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read.
 
-        ``more`` is kept in the file as well. Errors: TypeError for a model of your own, which is code.
+        ``more`` is kept in the file as well. Of a model of your own it holds the module and name of the class and its
+        fields; ``jink.load(path, own=True)`` imports it. Errors: TypeError where a field is code.
         """
         write({"jink": "filter", "version": VERSION, "units": "SI", **self.described(), **more}, path)
 

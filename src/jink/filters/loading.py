@@ -29,6 +29,10 @@ from .imm import IMM
 from .input_estimation import InputEstimation
 from .kalman import Kalman
 from .neural_vsmm import NetworkNoise, NeuralModes
+from .own import OwnFilter
+from .own_models import ARRAY, read_back, rebuilt
+from .own_models import KIND as OWN
+from .own_models import NAMED as DICT
 from .plain import VERSION
 from .pseudo_bayesian import GPB1, GPB2, StaticMM
 from .variable_dimension import VariableDimension
@@ -51,7 +55,7 @@ SINGLE: dict[type[Bank], tuple[str, ...]] = {
     InputEstimation: ("motion",),
     VariableDimension: ("quiet", "manoeuvring"),
 }
-FILTERS: dict[str, type[Bank]] = {c.__name__: c for c in (*SINGLE, *SEVERAL, Aided)}
+FILTERS: dict[str, Any] = {c.__name__: c for c in (*SINGLE, *SEVERAL, Aided, OwnFilter)}
 ADAPTIVE = (
     CurrentStatistical,
     FuzzyLimits,
@@ -70,16 +74,19 @@ RUN = ("motions", "quiet", "manoeuvring", "sensor")  # models, which a filter ch
 WRONG = (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError)  # what bad parts end in
 
 
-def load(path: str | os.PathLike[str]) -> Any:
-    """Read a filter written by ``save``. Errors: ValueError naming the file and what is wrong with it."""
+def load(path: str | os.PathLike[str], *, own: bool = False) -> Any:
+    """Read a filter written by ``save``. Errors: ValueError naming the file and what is wrong with it.
+
+    own: whether the file may import the modules of models of your own, which runs their code.
+    """
     try:
         text = Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         raise ValueError(f"{path}: is not a jink filter file: it is not valid JSON ({error})") from None
-    return read(text, str(path))
+    return read(text, str(path), own)
 
 
-def read(text: str, path: str) -> Any:
+def read(text: str, path: str, own: bool = False) -> Any:
     """Read a filter from the text of such a file; messages name the path."""
     try:
         body = json.loads(text)
@@ -94,23 +101,26 @@ def read(text: str, path: str) -> Any:
     if body.get("units") != "SI":
         raise ValueError(f"{path}: has units {body.get('units')!r}; expected SI")
     try:
-        filter = built(body)
+        filter = built(body, own=own)
         filter.fitted = body.get("fitted") or {}
         return filter
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def built(body: Any, within: str = "") -> Any:
+def built(body: Any, within: str = "", own: bool = False) -> Any:
     """The filter of a description. Errors: ValueError naming the place in it and what is wrong there."""
     kind = body.get("filter") if isinstance(body, dict) else None
     if not isinstance(kind, str) or kind not in FILTERS:
         raise ValueError(f"{within}filter: {kind!r} is not one of {', '.join(FILTERS)}")
     build = FILTERS[kind]
-    named = {name: declared(body[name], within + name) for name in build.arguments if name in body}
+    named = {name: declared(body[name], within + name, own) for name in build.arguments if name in body}
     if build is Aided:
-        return made(Aided, within[:-1], {"filter": built(body.get("of"), f"{within}of."), **named})
-    motions, sensors = (_several(body, name, within) for name in ("motions", "sensors"))
+        return made(Aided, within[:-1], {"filter": built(body.get("of"), f"{within}of.", own), **named})
+    if build is OwnFilter:
+        sensor = _several(body, "sensors", within, own)[0]
+        return made(OwnFilter, within[:-1], {"sensor": sensor, **named})
+    motions, sensors = (_several(body, name, within, own) for name in ("motions", "sensors"))
     if build not in SINGLE:
         return made(build, within[:-1], {"motions": motions, "sensor": sensors, **named})
     names = SINGLE[build]
@@ -119,30 +129,44 @@ def built(body: Any, within: str = "") -> Any:
     return made(build, within[:-1], {**dict(zip(names, motions, strict=True)), "sensor": sensors, **named})
 
 
-def _several(body: dict[str, Any], name: str, within: str) -> list[Any]:
+def _several(body: dict[str, Any], name: str, within: str, own: bool) -> list[Any]:
     found = body.get(name)
     if not isinstance(found, list) or not found:
         raise ValueError(f"{within}{name}: expected a list of at least one, got {found!r}")
-    return [_running(declared(each, f"{within}{name}[{i}]"), f"{within}{name}[{i}]") for i, each in enumerate(found)]
+    places = [f"{within}{name}[{i}]" for i in range(len(found))]
+    return [_running(declared(each, at, own), at) for each, at in zip(found, places, strict=True)]
 
 
 def _running(part: Any, at: str) -> Any:
     """A motion or sensor model. Errors: ValueError for anything else."""
-    if not hasattr(part, "native"):
+    if not any(hasattr(part, verb) for verb in ("native", "f", "h")):
         raise ValueError(f"{at}: expected a motion or sensor model, got {part!r}")
     return part
 
 
-def declared(value: Any, at: str) -> Any:
+def declared(value: Any, at: str, own: bool = False) -> Any:
     """The declaration that :func:`jink.filters.plain.plain` turned into JSON. Errors: ValueError naming the place."""
     if isinstance(value, list):
-        return [declared(v, f"{at}[{i}]") for i, v in enumerate(value)]
+        return [declared(v, f"{at}[{i}]", own) for i, v in enumerate(value)]
     if not isinstance(value, dict):
         return value
     kind = value.get("kind")
+    if kind in (ARRAY, DICT) and isinstance(value.get("values"), list) and len(value) == 2:
+        return _values(value, at, own)
+    if kind == OWN:
+        return rebuilt({name: declared(v, f"{at}.{name}", own) for name, v in value.items()}, at, own)
     if not isinstance(kind, str) or kind not in KINDS:
         raise ValueError(f"{at}: kind {kind!r} is not one of {', '.join(KINDS)}")
-    return made(KINDS[kind], at, {name: declared(v, f"{at}.{name}") for name, v in value.items() if name != "kind"})
+    return made(
+        KINDS[kind], at, {name: declared(v, f"{at}.{name}", own) for name, v in value.items() if name != "kind"}
+    )
+
+
+def _values(value: dict[str, Any], at: str, own: bool) -> Any:
+    try:
+        return read_back(value, lambda values: declared(values, at, own))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{at}: {error}") from None
 
 
 def made(build: Callable[..., Any], at: str, given: dict[str, Any]) -> Any:

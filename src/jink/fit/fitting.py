@@ -13,7 +13,9 @@ from ..catalogue.purpose import Unfit
 from ..catalogue.registry import FILTERS, canonical
 from ..checks import unknown
 from ..compare.filter_files import from_file as filter_from_file
+from ..compare.own_filters import made
 from ..io.errors import InputError
+from ..io.own_code import is_code, loaded
 from ..scenarios import SCENARIOS, Scenario
 from .checkpoint import Checkpoint
 from .data import Training, along_axes, from_file, from_scenarios, parse_truth
@@ -52,7 +54,9 @@ def fit(
     """Fit a filter's parameters to a scenario, several ("a,b"), or a file of recorded positions, and check it on
     held-out data.
 
-    filter: where the fit starts, a name of ``jink.compare.FILTERS``, a file written by ``save`` or a filter. objective:
+    filter: where the fit starts, a name of ``jink.compare.FILTERS``, a file written by ``save``, a filter, what makes
+    one (as for :func:`jink.compare.compare`), or "file.py:name". Of models and filters of your own those numbers are
+    fitted whose names end in _sd or _psd. objective:
     "likelihood" of the measurements (needs no truth), "prediction" error ``ahead`` scans on, "tracking" error against
     the truth (the default where there is truth), or "normalised": that of each scan over the measurements', then its
     mean. truth of a file: "true" (columns as jink simulate writes them) or component to column.
@@ -157,8 +161,15 @@ def training_data(
 
 def starting_filter(filter: Any, training: Training, seed: int) -> tuple[str, Any]:
     """Name and filter that the fit starts from. Errors: InputError."""
-    if not isinstance(filter, str):
-        return type(filter).__name__, filter
+    if not isinstance(filter, str) or is_code(filter):
+        name = filter if isinstance(filter, str) else getattr(filter, "__name__", type(filter).__name__)
+        given = loaded(filter) if isinstance(filter, str) else filter
+        if isinstance(given, Mapping):
+            raise InputError(f"filter {name}: is a mapping of filters; expected one filter, or what makes one")
+        try:
+            return name, made(name, given, training.purpose).filter
+        except Unfit as error:
+            raise InputError(f"filter {name}: {error}") from None
     if filter.endswith(".json"):
         if not Path(filter).is_file():
             raise InputError(f"there is no filter file {filter}")

@@ -7,10 +7,12 @@ from __future__ import annotations
 import math
 import os
 import signal
+import threading
 import time as clock
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
+from multiprocessing import parent_process
 from typing import Any
 
 from ..filters.loading import built
@@ -163,12 +165,21 @@ def _begin(tracks: Tracks, objective: Objective, seed: int, stop: Any, number: A
     """A worker of its own cores, deaf to Ctrl-C, which the first process hears."""
     global _given
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     with number.get_lock():
         mine, number.value = number.value, number.value + 1
     if hasattr(os, "sched_setaffinity"):
         cores = sorted(os.sched_getaffinity(0))
         os.sched_setaffinity(0, cores[mine % len(cores) :: workers] or cores)
     _given = (tracks, objective, seed, stop)
+
+
+def _end_with_parent() -> None:
+    """A worker whose first process was killed would wait for work for ever."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _work(job: Job, seconds: float) -> Outcome:

@@ -67,7 +67,7 @@ class Parameters:
 
     def filter(self, u: Array) -> Any:
         """The filter at u."""
-        return built(self.described(u))
+        return built(self.described(u), own=True)
 
     def values(self, u: Array) -> dict[str, float]:
         """The fitted numbers in their own units, by name."""

@@ -40,6 +40,9 @@ def each_part(body: dict[str, Any], modes: Sequence[str], path: Path = ()) -> It
     if "of" in body:
         yield from each_part(body["of"], modes, (*path, "of"))
         return
+    if "steps" in body:
+        yield from _numbers(body["steps"], (*path, "steps"), "own")
+        modes = ()
     if len(modes) > MANY:
         yield from _levels(body["motions"], path)
     for j, motion in enumerate(body["motions"] if len(modes) <= MANY else ()):

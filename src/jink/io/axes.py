@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from .columns import normal
-from .evidence import FASTEST, SLOWEST, Motion
+from .evidence import FASTEST, SLOWEST
 from .rates import turn_rates
 from .sheet import Sheet
 from .units import ANGLE
@@ -49,7 +49,7 @@ def maybe_degrees(sheet: Sheet, seconds: np.ndarray) -> None:
         # within a factor that knots or km/h for m/s explain
         same = 0.24 < fast / reported < 4.2 and slow < 0.1 * reported
     else:
-        same = extent < 2.0 and slow < SLOWEST and SLOWEST <= fast <= FASTEST and _gets_somewhere(degrees, seconds)
+        same = extent < 2.0 and slow < SLOWEST and SLOWEST <= fast <= FASTEST and degrees.gets_somewhere(seconds)
     if not same:
         return
     sheet.position = "geographic"
@@ -61,15 +61,6 @@ def maybe_degrees(sheet: Sheet, seconds: np.ndarray) -> None:
         f"columns {x.name!r} and {y.name!r} are taken as longitude and latitude in degrees: as metres they hardly move "
         f"({slow:.2g} m/s, as degrees {fast:.3g} m/s); --columns x={x.name},y={y.name} takes them as metres"
     )
-
-
-def _gets_somewhere(motion: Motion, seconds: np.ndarray) -> bool:
-    """Whether a path leads anywhere: noise about one place is long for its extent."""
-    path = motion.steps(seconds)[0]
-    north, east = motion.first[np.isfinite(motion.first)], motion.second[np.isfinite(motion.second)]
-    extent = 111e3 * np.hypot(np.ptp(north), np.ptp(east) * np.cos(np.radians(np.median(north))))
-    # n noisy rows about one place have a path of 1.8 n sds and an extent of some 6: a ratio of 3.4 / n
-    return path.size > 2 and extent / path.sum() > max(0.02, 12.0 / max(path.size, 13))
 
 
 def angle_units(sheet: Sheet, seconds: np.ndarray) -> None:

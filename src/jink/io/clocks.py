@@ -19,6 +19,8 @@ from .iso_times import uniform
 from .numeric_times import DAY, LATEST, WILD, numeric_times, size_of
 from .units import TIME
 
+THOUSANDS = r"^\d{1,3}(?:,\d{3}){2,}(?:\.\d+)?$"
+
 
 def read_times(
     where: str,
@@ -39,8 +41,10 @@ def read_times(
         seconds = series.cast(pl.Int64).cast(pl.Float64).fill_null(float("nan")).to_numpy() * _tick(series.dtype)
         return Times(seconds, False, [], series.dtype == pl.Time)
     if series.dtype == pl.String:
-        text = series.str.strip_chars()
+        text = series.str.strip_chars(" \t[]\"'")
         value = text.cast(pl.Float64, strict=False)
+        if value.count() < 0.5 * text.count() and text.str.contains(THOUSANDS).sum() >= 0.5 * text.count():
+            value = text.str.replace_all(",", "").cast(pl.Float64, strict=False)
         if value.count() < 0.5 * text.count() and text.str.contains(r"^\d+,\d+$").sum() >= 0.5 * text.count():
             value = text.str.replace(",", ".").cast(pl.Float64, strict=False)
         if how.time_format or value.count() < 0.5 * text.count():

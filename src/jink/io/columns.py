@@ -11,11 +11,13 @@ from __future__ import annotations
 
 import difflib
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from .errors import InputError
 from .roles import CUSTOMARY_UNIT, MARKS, POSITIONS, ROLES
+from .units import CLOCKS
 
 USED = {  # roles that matter beside the position itself, by its kind
     "geographic": {"altitude", "nacp", "nic", "gva", "course", "velocity_x", "velocity_y", "vertical_rate"},
@@ -53,8 +55,11 @@ class Columns:
 
 
 def normal(name: str) -> str:
-    """Lower case, everything but letters and digits as one `_`: `Range [km]` becomes `range_km`."""
-    return re.sub(r"[^0-9a-z]+", "_", name.lower().replace("°", "deg")).strip("_")
+    """Lower case without accents, everything but letters and digits as one `_`: `Range [km]` becomes `range_km`."""
+    name = name.lower().replace("°", "deg")
+    if not name.isascii():
+        name = "".join(letter for letter in unicodedata.normalize("NFKD", name) if not unicodedata.combining(letter))
+    return re.sub(r"[^0-9a-z]+", "_", name).strip("_")
 
 
 def recognise(
@@ -163,6 +168,8 @@ def _find(role: str, usual: Mapping[str, str]) -> list[Column]:
             found.append(Column(usual[name], CUSTOMARY_UNIT.get(name, CUSTOMARY_UNIT.get(role))))
         else:
             found += [Column(usual[f"{name}_{u}"], factor) for u, factor in units.items() if f"{name}_{u}" in usual]
+            if role in ("time", "date"):
+                found += [Column(usual[f"{name}_{zone}"], None) for zone in CLOCKS if f"{name}_{zone}" in usual]
     return found
 
 

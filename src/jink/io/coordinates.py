@@ -14,6 +14,11 @@ DEGREES = (
 )
 PAIR = rf"^\s*[\[(]?\s*({NUMBER})\s*[,; ]\s*({NUMBER})\s*[\])]?\s*$"
 POINT = rf"(?i)^\s*(?:SRID=\d+;)?POINT\s*Z?\s*\(\s*({NUMBER})\s+({NUMBER})"
+# each of two values with its letter, behind it or before it
+LETTERED = (
+    r"(?i)^\s*[\[(]?(?P<n>\d[^NSEW]*[NS])[\s,;/]*(?P<e>\d[^NSEW]*[EW])[\])]?\s*$",
+    r"(?i)^\s*[\[(]?(?P<n>[NS][^NSEW,;]*)[\s,;/]+(?P<e>[EW][^NSEW]*)$",
+)
 SCALES = ((1e-7, "1e-7 degrees"), (1e-6, "1e-6 degrees"), (1e-5, "1e-5 degrees"), (1 / 600_000, "1/10000 minutes"))
 
 
@@ -26,6 +31,11 @@ def pair(series: pl.Series, name: str) -> tuple[pl.Series, pl.Series, str] | Non
             if order == "latitude first" and _longitude_first(first, name):
                 order = "longitude first"
             return (second, first, order) if order == "longitude first" else (first, second, order)
+    for pattern in LETTERED:
+        found = text.str.extract_groups(pattern).struct.unnest()
+        north, east = (found[name].str.strip_chars(" ,;/") for name in ("n", "e"))
+        if north.count() and north.count() >= 0.5 * text.count():
+            return north, east, "by letters"
     return None
 
 
@@ -50,7 +60,8 @@ def angles(series: pl.Series) -> np.ndarray | None:
 
     minutes, seconds = np.nan_to_num(part("m")), np.nan_to_num(part("s"))
     value = part("d") + minutes / 60.0 + seconds / 3600.0
-    value = np.where((minutes < 60.0) & (seconds < 60.0), value, np.nan)
+    # rounding writes 59.9999 seconds as 60
+    value = np.where((minutes <= 60.0) & (seconds <= 60.0), value, np.nan)
     letter = groups["a"].fill_null("") + groups["b"].fill_null("") + groups["sign"].fill_null("")
     return value * np.where(letter.str.contains(r"[SWsw-]").to_numpy(), -1.0, 1.0)
 

@@ -41,6 +41,14 @@ class Motion:
         distance, elapsed = self.steps(time)
         return float(np.median(distance / elapsed)) if distance.size > 2 else float("nan")
 
+    def gets_somewhere(self, time: np.ndarray) -> bool:
+        """Whether a path of latitudes and longitudes leads anywhere: noise about one place is long for its extent."""
+        path = self.steps(time)[0]
+        north, east = self.first[np.isfinite(self.first)], self.second[np.isfinite(self.second)]
+        extent = 111e3 * np.hypot(np.ptp(north), np.ptp(east) * np.cos(np.radians(np.median(north))))
+        # n noisy rows about one place have a path of 1.8 n sds and an extent of some 6: a ratio of 3.4 / n
+        return path.size > 2 and extent / path.sum() > max(0.02, 12.0 / max(path.size, 13))
+
     def reported_speed(self) -> float:
         """The median of the reported speeds that are not 0; NaN if there are none."""
         if self.reported is None:

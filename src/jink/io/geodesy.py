@@ -187,11 +187,11 @@ def _lay(latitude: np.ndarray, longitude: np.ndarray, start: np.ndarray) -> tupl
 def _running(steps: np.ndarray, start: np.ndarray) -> np.ndarray:
     """Cumulative sums that begin again at every start, where the step is 0."""
     begins = np.flatnonzero(start)
-    totals = np.add.reduceat(steps, begins)
-    reset = steps.copy()
-    reset[begins[1:]] -= totals[:-1]
-    total = np.cumsum(reset)
-    return total - np.repeat(total[begins], np.diff(np.r_[begins, steps.size]))
+    total = np.empty_like(steps)
+    # one sum for all would round a track by what the tracks before it have
+    for low, high in zip(begins.tolist(), [*begins[1:].tolist(), steps.size], strict=True):
+        np.cumsum(steps[low:high], out=total[low:high])
+    return total
 
 
 def _ahead(

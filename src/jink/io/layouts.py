@@ -83,6 +83,19 @@ LAYOUTS = (
         conventions=Conventions(azimuth="east"),
     ),
     Layout(
+        "positions north, east, down",
+        frozenset({"n", "e", "d"}),
+        {"x": "n", "y": "e", "z": "d"},
+        "n north, e east, d down",
+        conventions=Conventions(axes="ned"),
+    ),
+    Layout(
+        "positions east, north, up",
+        frozenset({"e", "n", "u"}),
+        {"x": "e", "y": "n", "z": "u"},
+        "e east, n north, u up",
+    ),
+    Layout(
         "Movebank CSV",
         frozenset({"timestamp", "location_long", "location_lat", "individual_local_identifier"}),
         {"target": "individual_local_identifier"},

@@ -103,7 +103,7 @@ def load_files(
         try:
             for table in open_tables(path):
                 names += table.names
-                part, total = _load(table, how)
+                part, total = load_table(table, how)
                 parts.append(part)
                 files.append(table.file)
                 count += total
@@ -124,7 +124,7 @@ def load_files(
     return Loaded(whole, files, count)
 
 
-def _load(table: Table, how: Reading) -> tuple[Measurements, int]:
+def load_table(table: Table, how: Reading) -> tuple[Measurements, int]:
     """Measurements of one table, and the number of its rows. Errors: InputError."""
     opened = Opened.of(table, Path(table.file), how)
     frame, unreadable = _read(table, opened.columns, opened.carried)

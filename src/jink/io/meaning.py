@@ -17,6 +17,7 @@ from .columns import Column, Columns, normal
 from .conventions import Conventions, Times
 from .coordinates import angles, from_minutes, pair, scale, signs
 from .errors import InputError
+from .exchanged import not_exchanged
 from .identity import choose_target, unique_per_row
 from .moments import (
     choose_time,
@@ -28,11 +29,14 @@ from .moments import (
     with_nanoseconds,
     with_parts,
 )
+from .quality import placeholders
 from .sheet import Sheet
-from .units import DEGREE, LENGTH, SPEED
-from .values import WITH_UNIT, numbers
+from .units import DEGREE, LENGTH, SEMICIRCLE, SPEED
+from .values import numbers
 
 HEMISPHERES = {"latitude": ("north_south", "NS"), "longitude": ("east_west", "EW")}
+WITH_UNIT = r"^(?P<number>[-+]?\d[\d.,]*) ?(?P<unit>[A-Za-z][A-Za-z/]*)$"
+FLIGHT_LEVEL = r"^(?:FL|F) ?(?P<level>\d{1,3})$"
 GROUND = r"(?i)^\s*(ground|gnd|on ground)\s*$"
 
 
@@ -94,6 +98,7 @@ def understand(
         times = replace(times, seconds=seconds)
     if "altitude" in sheet and sheet.position == "geographic":
         _second_altitude(sheet)
+    not_exchanged(sheet, times.seconds)
     return sheet, times
 
 
@@ -110,15 +115,27 @@ def _motion(sheet: Sheet):
 
 
 def _units_in_values(sheet: Sheet) -> None:
-    """`513.863 M` and `15.862 km/h`: the unit stands in every field."""
-    for role, units in (("altitude", LENGTH), ("z", LENGTH), ("speed", SPEED)):
-        if role not in sheet or sheet.roles[role].unit is not None or sheet.series(role).dtype != pl.String:
+    """`513.863 M`, `35,000 ft` and `FL350`: the unit stands in every field."""
+    for role, units in (("altitude", LENGTH), ("z", LENGTH), ("speed", SPEED), ("range", LENGTH)):
+        if role not in sheet or sheet.series(role).dtype != pl.String:
             continue
-        text = sheet.series(role).str.strip_chars().drop_nulls()
-        found = text.str.extract(r"([A-Za-z/°]+)$", 1).drop_nulls().unique()
-        unit = units.get(normal(found[0])) if len(found) == 1 else None
-        if unit is not None and text.str.contains(WITH_UNIT).sum() >= 0.5 * len(text):
-            sheet.roles[role] = replace(sheet.roles[role], unit=unit)
+        text = sheet.series(role).str.strip_chars()
+        found = text.str.to_uppercase().str.extract_groups(FLIGHT_LEVEL).struct.field("level")
+        if role == "altitude" and found.count() >= 0.5 * text.count() > 0:
+            sheet.put(role, found, 100 * LENGTH["ft"], sheet.shown(role))
+            continue
+        if sheet.roles[role].unit is not None:
+            continue
+        parts = text.str.extract_groups(WITH_UNIT).struct.unnest()
+        names = parts["unit"].unique().drop_nulls().to_list()
+        known = {name: units[normal(name)] for name in names if normal(name) in units}
+        if len(known) < len(names) or not parts["unit"].count() >= 0.5 * text.count() > 0:
+            continue
+        # a field without a unit has none where all others have one
+        factor = parts["unit"].replace_strict(known, default=None, return_dtype=pl.Float64)
+        number = numbers(parts["number"], thousands=role == "altitude")[0] * factor.fill_null(float("nan")).to_numpy()
+        sheet.put(role, number, 1.0, sheet.shown(role))
+        sheet.notes.append(f"{role} in column {sheet.shown(role)!r} has its unit in every field ({', '.join(names)})")
 
 
 def _geographic(sheet: Sheet) -> None:
@@ -186,6 +203,7 @@ def _rescale(sheet: Sheet) -> None:
         return
     latitude, longitude = sheet.numbers("latitude"), sheet.numbers("longitude")
     _exchanged(sheet, latitude, longitude)
+    _maybe_radians(sheet, latitude, longitude)
     kind, fits = scale(latitude, longitude)
     if kind == "minutes":
         for role, value in (("latitude", latitude), ("longitude", longitude)):
@@ -194,13 +212,18 @@ def _rescale(sheet: Sheet) -> None:
     if kind != "scaled":
         return
     first = f"{latitude[np.isfinite(latitude)][0]:.0f}"
+    if normal(pairs[0].name) == "position_lat":
+        fits = [(SEMICIRCLE, "semicircles, as FIT files count")]
+    # AIS's codes for no position are at home in one unit alone
+    coded = [each for each in fits if placeholders(latitude * each[0], longitude * each[0]).any()]
+    fits = coded if len(coded) == 1 else fits
     if len(fits) > 1 and (np.abs(longitude) > 180e5).any():
         fits = fits[:1] if (np.abs(latitude) * fits[1][0] > 90).any() else fits
     if len(fits) > 1:
         readings = " or ".join(f"{float(first) * factor:.6f}° in {words}" for factor, words in fits)
         raise InputError(
             f"{sheet.where}: the latitude {first} can be {readings}; --columns latitude_e7={pairs[0].name},"
-            f"longitude_e7={pairs[1].name} (or _e6, _e5) sets it"
+            f"longitude_e7={pairs[1].name} (or _e6, _e5, _e4min, _semicircles) sets it"
         )
     factor, words = fits[0]
     for role in ("latitude", "longitude"):
@@ -220,6 +243,17 @@ def _exchanged(sheet: Sheet, latitude: np.ndarray, longitude: np.ndarray) -> Non
             f"{sheet.where}: the latitudes in column {first!r} lie beyond 90 and the longitudes in {second!r} within, "
             f"so the two are exchanged; --columns latitude={second},longitude={first} sets it"
         )
+
+
+def _maybe_radians(sheet: Sheet, latitude: np.ndarray, longitude: np.ndarray) -> None:
+    """All positions within pi / 2 and pi of 0° N 0° E: a place in the ocean, or radians; reported speeds decide."""
+    known = np.isfinite(latitude) & np.isfinite(longitude) & ((latitude != 0.0) | (longitude != 0.0))
+    north, east = np.abs(latitude[known]), np.abs(longitude[known])
+    if north.size < 4 or north.max() > 0.5 * np.pi or east.max() > np.pi:
+        return
+    names = [sheet.shown(role) for role in ("latitude", "longitude")]
+    mend = f"--columns latitude_rad={names[0]},longitude_rad={names[1]}"
+    sheet.notes.append(f"all positions are within pi / 2 and pi of 0 N 0 E; if they are radians, {mend} says so")
 
 
 def _millimetres(sheet: Sheet) -> None:

@@ -19,6 +19,7 @@ import numpy as np
 import polars as pl
 
 from .clock_faults import mend
+from .codes import are_codes, zero_heights
 from .columns import Columns, normal
 from .conventions import NONE, Conventions, in_calendar
 from .errors import InputError
@@ -102,6 +103,7 @@ def measure(
     if times.absolute and not stream:
         seconds, notes = mend(seconds, sheet.codes(), first, second, sheet.position)
         noticed += notes
+    _no_heights(sheet, values, seconds)
     ground = grounded(sheet)
     ground_sd = np.full(frame.height, np.nan) if stream else _on_the_ground(sheet, values, seconds)
     if check_coordinates:
@@ -149,6 +151,13 @@ def _positions(sheet: Sheet, altitude_unit: str | None) -> tuple[dict[str, np.nd
     for name in (n for n in DIMENSIONS[sheet.position] if n in sheet):
         column = sheet.roles[name]
         number, bad = numbers(sheet.series(name), thousands=name == "altitude")
+        height = name in ("altitude", "z")
+        code = are_codes(number, height) if name not in ("latitude", "longitude") else np.zeros(number.size, bool)
+        if code.any() and height:
+            number = np.where(code, np.nan, number)
+            sheet.notes.append(f"{int(code.sum())} heights in column {sheet.shown(name)!r} are codes for none")
+        elif code.any():
+            problems.append((f"{name} is a code for none", code, sheet.series(name)))
         unit = _unit(sheet, name, number, altitude_unit)
         with np.errstate(over="ignore"):
             values[name] = number * unit
@@ -160,6 +169,16 @@ def _positions(sheet: Sheet, altitude_unit: str | None) -> tuple[dict[str, np.nd
     if sheet.position == "geographic":
         _degrees(values)
     return values, problems
+
+
+def _no_heights(sheet: Sheet, values: dict[str, np.ndarray], seconds: np.ndarray) -> None:
+    """Heights of 0 that stand for none are missing."""
+    if "altitude" not in values:
+        return
+    none = zero_heights(values["altitude"], sheet.codes(), seconds)
+    if none.any():
+        values["altitude"] = np.where(none, np.nan, values["altitude"])
+        sheet.notes.append(f"{int(none.sum())} heights of 0 are no heights: no climb leads to those beside them")
 
 
 def _on_the_ground(sheet: Sheet, values: dict[str, np.ndarray], seconds: np.ndarray) -> np.ndarray:

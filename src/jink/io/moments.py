@@ -23,7 +23,20 @@ LEAPS = (
     *(741_484_800, 773_020_800, 820_454_400, 867_715_200, 915_148_800, 1_136_073_600, 1_230_768_000),
     *(1_341_100_800, 1_435_708_800, 1_483_228_800),
 )
-OF_WEEK = {"tow", "gps_tow", "itow", "time_of_week", "gms", "gps_seconds", "seconds_of_week"}
+OF_WEEK = {
+    *(
+        "tow",
+        "gps_tow",
+        "itow",
+        "time_of_week",
+        "gms",
+        "gps_seconds",
+        "gps_second",
+        "seconds_of_week",
+        "gps_sow",
+        "sow",
+    ),
+}
 SNAPSHOT = 600.0  # s: a position older than this when it was reported says that the two clocks are not the same
 
 

@@ -17,6 +17,7 @@ SIZES = ((1e17, "ns", 1e-9), (1e14, "us", 1e-6), (1e11, "ms", 1e-3), (1e8, "s", 
 LATEST = 2.5e11  # s since 1970: the year 9892
 EARLY = 631_152_000.0  # s since 1970: the year 1990, before which nobody logged positions
 DAY = 86400.0
+WORDS = {"ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 WILD = 1e100  # no unit makes this a time
 # days since other beginnings: the least and the largest number from 1990 to 2040, and the number of 1970-01-01
 DAYS = {
@@ -96,15 +97,17 @@ def _since_start(where: str, value: np.ndarray, motion: Motion) -> Times | None:
             possible.append((name, factor, speed))
     if len(possible) == 1:
         name, factor, speed = possible[0]
-        words = (
-            f"times are taken as {name} since a start (median speed {speed:.3g} m/s; as s since 1970 {pace:.2g} m/s)"
-        )
+        words = f"times are taken as {name} since a start (median speed {speed:.3g} m/s; as s {pace:.2g} m/s)"
         return Times(value * factor, False, [f"{words}; --time-unit sets it"])
-    first = float(value[np.isfinite(value)][0])
+    some = value[np.isfinite(value)]
+    first = float(some[0] if some[0] >= SIZES[-1][0] else some[-1])
     date = (datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=first)).date()
+    slow = f"{date} as seconds since 1970" if first >= SIZES[-1][0] else f"{first:.6g} s since a start"
+    name, factor, speed = possible[0] if possible else ("us", 1e-6, pace * 1e6)
     raise InputError(
-        f"{where}: the time {first:.0f} can be {date} as seconds since 1970, where nothing moves, or "
-        f"{first * 1e-6:.6g} s as microseconds since a start; give --time-unit us (or s, ms, ns)"
+        f"{where}: the time {first:.0f} can be {slow}, where nothing moves ({pace:.2g} m/s), or "
+        f"{first * factor:.6g} s as {WORDS[name]} since a start ({speed:.3g} m/s); "
+        f"give --time-unit {name} (or s, ms, us, ns)"
     )
 
 
@@ -138,7 +141,19 @@ def _small(where: str, value: np.ndarray, motion: Motion | None) -> Times:
             if 0.24 < pace / factor / reported < 4.2 and pace < 0.05 * reported:
                 words = f"times are taken as {name}: positions then move as fast as the reported speed says"
                 return Times(value * factor, False, [f"{words}; --time-unit sets it"])
+    elif motion.position == "geographic" and (known % 1 == 0).all() and _leads_on(motion, value):
+        finer = _since_start(where, value, motion)
+        if finer is not None:
+            return finer
     return Times(value, False, [])
+
+
+def _leads_on(motion: Motion, value: np.ndarray) -> bool:
+    """Whether whole numbers, 20 and more apart, belong to positions that go on and on as slowly as nothing does."""
+    distance, elapsed = motion.steps(value)
+    if np.median(elapsed) < 20 or np.median(distance / elapsed) >= SLOWEST:
+        return False
+    return motion.gets_somewhere(value)
 
 
 def _day_in_digits(value: np.ndarray) -> Times | None:

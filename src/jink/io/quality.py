@@ -9,6 +9,7 @@ import math
 import numpy as np
 import polars as pl
 
+from .codes import are_codes
 from .columns import normal
 from .sheet import Problem, Sheet
 from .values import numbers, texts
@@ -49,6 +50,7 @@ GROUND = r"(?i)^\s*(ground|gnd|on ground)\s*$"
 GROUND_SD = 5.0  # m: heights come in steps of 25 feet, and the last in the air is from seconds before the ground
 SINK = 4.0  # m/s: of an airliner on its approach
 FAR_FROM_GROUND = 300.0  # m: heights beside one stay on the ground do not differ by more
+FIXED = r"base station|aton|aids? to navigation"
 NO = ["false", "0", "0.0", "f", "no", "n", "v", "invalid", "no fix", "nofix", "void"]
 YES = ["true", "1", "1.0", "t", "yes", "y"]
 
@@ -122,8 +124,11 @@ def dilution(sheet: Sheet) -> np.ndarray:
 
 
 def refused(sheet: Sheet) -> list[Problem]:
-    """Rows that the source itself marks as not valid, or as outliers."""
+    """Rows that the source itself marks as not valid, as outliers, or as what never moves."""
     found: list[Problem] = []
+    if "station" in sheet:
+        fixed = texts(sheet.series("station")).str.to_lowercase().str.contains(FIXED).fill_null(False).to_numpy()
+        found.append(("a base station or an aid to navigation does not move", fixed, sheet.series("station")))
     for role, marks in (("valid", NO), ("outlier", YES)):
         if role not in sheet:
             continue
@@ -204,10 +209,11 @@ def placeholders(latitude: np.ndarray, longitude: np.ndarray) -> np.ndarray:
 
 
 def speeds(sheet: Sheet) -> np.ndarray:
-    """Reported speeds (m/s); NaN where missing, also AIS's 102.3 knots for "not available"."""
+    """Reported speeds (m/s); NaN where missing, also AIS's 102.3 knots for "not available", and negative ones."""
     if "speed" not in sheet:
         return np.full(sheet.frame.height, np.nan)
     value = numbers(sheet.series("speed"))[0]
+    value = np.where((value < 0.0) | are_codes(value), np.nan, value)
     if normal(sheet.roles["speed"].name) == "sog":
         value = np.where(np.abs(value - 102.3) < 1e-6, np.nan, value)
     return value * (sheet.roles["speed"].unit or 1.0)

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .codes import are_codes
 from .columns import normal
 from .roles import RATES
 from .sheet import Sheet
@@ -35,7 +36,8 @@ def rates(sheet: Sheet, speed: np.ndarray) -> tuple[dict[str, np.ndarray], list[
         else:
             if role == "vertical_rate":
                 _vertical_unit(sheet, notes)
-            value = sheet.numbers(role) * (sheet.roles[role].unit or 1.0)
+            value = sheet.numbers(role)
+            value = np.where(are_codes(value), np.nan, value) * (sheet.roles[role].unit or 1.0)
             value = np.where(np.abs(value) < FASTEST, value, np.nan)
         if np.isfinite(value).any():
             found[role] = value

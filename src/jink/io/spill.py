@@ -57,6 +57,25 @@ class Source:
             return pl.repeat(self.opened.default_target, frame.height, dtype=pl.String, eager=True)
         return target_names(self.typed(frame)[column.name]).fill_null("")
 
+    def count(self) -> pl.DataFrame:
+        """Each target of the file and its `rows`; then it is known whether all identifiers are whole numbers."""
+        found: list[pl.DataFrame] = []
+        column = self.opened.columns.roles.get("target")
+        # the targets alone; of Parquet nothing else is read
+        wanted = [column.name] if column is not None else self.wanted[:1]
+        for frame, _ in self.pieced.read(wanted):
+            found.append(pl.DataFrame({"target": self.keys(frame)}).group_by("target").len("rows"))
+            if len(found) > 16:
+                found = [_summed(found)]
+        names = _summed(found)
+        numbers = names["target"].replace("", None).cast(pl.Int64, strict=False)
+        self.whole_numbers = self.pieced.table.format == "csv" and bool(
+            (numbers.is_not_null() | (names["target"] == "")).all()
+        )
+        if self.whole_numbers:
+            names = _summed([names.with_columns(numbers.cast(pl.String).fill_null("").alias("target"))])
+        return names
+
     def typed(self, frame: pl.DataFrame) -> pl.DataFrame:
         """The frame with its identifiers as the whole file has them."""
         column = self.opened.columns.roles.get("target")
@@ -86,24 +105,7 @@ class Spill:
     @stage("read")
     def count(self) -> None:
         """Read all files once: which targets there are, and how many rows each has."""
-        found: list[pl.DataFrame] = []
-        for source in self.sources:
-            mine: list[pl.DataFrame] = []
-            column = source.opened.columns.roles.get("target")
-            # the targets alone; of Parquet nothing else is read
-            wanted = [column.name] if column is not None else source.wanted[:1]
-            for frame, _ in source.pieced.read(wanted):
-                mine.append(pl.DataFrame({"target": source.keys(frame)}).group_by("target").len("rows"))
-                if len(mine) > 16:
-                    mine = [_summed(mine)]
-            names = _summed(mine)
-            numbers = names["target"].replace("", None).cast(pl.Int64, strict=False)
-            source.whole_numbers = source.pieced.table.format == "csv" and bool(
-                (numbers.is_not_null() | (names["target"] == "")).all()
-            )
-            if source.whole_numbers:
-                names = _summed([names.with_columns(numbers.cast(pl.String).fill_null("").alias("target"))])
-            found.append(names)
+        found = [source.count() for source in self.sources]
         if found:
             self.counts = _summed(found)
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 FOOT, MILE, KNOT, DEGREE = 0.3048, 1852.0, 1852.0 / 3600.0, 0.017453292519943295
+SEMICIRCLE = 180.0 / 2**31  # degrees: 32 bits for the circle, as FIT files count
 FOOT_PER_MINUTE = FOOT / 60.0
+CLOCKS = ("local", "utc", "gmt")  # what names of times and dates may end in
 LENGTH = {
     "m": 1.0,
     "metre": 1.0,
@@ -38,6 +40,11 @@ ANGLE = {
     "radian": 1.0,
     "radians": 1.0,
     "mrad": 1e-3,
+    "gon": 0.9 * DEGREE,
+    "grad": 0.9 * DEGREE,
+    "gradians": 0.9 * DEGREE,
+    "mil": 0.05625 * DEGREE,
+    "mils": 0.05625 * DEGREE,
     "e7": 1e-7 * DEGREE,
     "dege7": 1e-7 * DEGREE,
     "deg_e7": 1e-7 * DEGREE,
@@ -45,6 +52,8 @@ ANGLE = {
     "e6": 1e-6 * DEGREE,
     "dege6": 1e-6 * DEGREE,
     "e5": 1e-5 * DEGREE,
+    "e4min": DEGREE / 600_000,
+    "semicircles": SEMICIRCLE * DEGREE,
 }
 SPEED = {
     "mps": 1.0,

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 from typing import IO, Any
@@ -17,6 +15,7 @@ from .errors import InputError
 from .map_writing import write_gpx, write_kml
 from .packing import compress as compress
 from .stages import stage
+from .temporary import atomically as atomically
 
 FORMATS = {
     ".parquet": "parquet",
@@ -76,37 +75,6 @@ def _true(path: Path) -> Path:
         return path.resolve()
     except (OSError, RuntimeError):
         raise InputError(f"{path} cannot be used: its links lead round in a circle") from None
-
-
-@contextmanager
-def atomically(*paths: Path) -> Iterator[list[Path]]:
-    """Temporary files beside the targets; on success all are renamed into place, on failure none is left."""
-    temporary: list[Path] = []
-    try:
-        for path in paths:
-            handle, name = tempfile.mkstemp(prefix=".jink-", suffix=".part", dir=path.parent)
-            os.close(handle)
-            temporary.append(Path(name))
-        yield temporary
-        mask = os.umask(0)
-        os.umask(mask)
-        for source in temporary:
-            os.chmod(source, 0o666 & ~mask)
-            _to_disk(source)
-        for source, path in zip(temporary, paths, strict=True):
-            os.replace(source, path)
-    finally:
-        for source in temporary:
-            source.unlink(missing_ok=True)
-
-
-def _to_disk(path: Path) -> None:
-    """So that a file with its final name is whole even after a power cut."""
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 @stage("write")

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..checks import Array
+from ..io.temporary import atomically
 
 OPTIMISERS = ("ga", "cma")
 Progress = Callable[[int, float, Array], None]  # generation, least loss so far, its chromosome
@@ -97,11 +98,8 @@ def _read(checkpoint: str | os.PathLike[str] | None, about: str) -> list[Array]:
 
 
 def _write(checkpoint: str | os.PathLike[str], told: list[Array], about: str) -> None:
-    target = Path(checkpoint)
-    temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
-    with temporary.open("wb") as file:
+    with atomically(Path(checkpoint)) as (temporary,), temporary.open("wb") as file:
         np.savez(file, losses=np.concatenate(told), sizes=[len(values) for values in told], about=np.array(about))
-    temporary.replace(target)
 
 
 def genetic(

@@ -3,7 +3,9 @@
 Errors are (runs, scans, n), estimate minus truth, NaN where there is none.
 """
 
+from .air_picture import Siap, siap
 from .bounds import bound_rmse, information, posterior_bound, tichavsky_bound, turn_displacement
+from .clear_mot import ClearMot, clear_mot
 from .comparison import Comparison, compare_means, compare_rmse, efficiency, paired
 from .consistency import Consistency, consistency, log_density, log_score, nees, prediction_score
 from .errors import (
@@ -23,14 +25,17 @@ from .skies import SkyFigures, sky_figures
 from .timing import microseconds_per_update
 
 __all__ = [
+    "ClearMot",
     "Comparison",
     "Consistency",
     "Detection",
     "Figure",
     "Gospa",
     "Response",
+    "Siap",
     "SkyFigures",
     "bound_rmse",
+    "clear_mot",
     "compare_means",
     "compare_rmse",
     "consistency",
@@ -57,6 +62,7 @@ __all__ = [
     "response",
     "rmse",
     "rmse_over_time",
+    "siap",
     "sky_figures",
     "tichavsky_bound",
     "trimmed_rmse",

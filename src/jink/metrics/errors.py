@@ -24,7 +24,15 @@ def as_error(error: ArrayLike, name: str = "error") -> Array:
 
 def squared(error: ArrayLike, first: int = 0) -> Array:
     """|e|² (runs, scans − first), NaN where any component is missing."""
-    return (as_error(error)[:, first:] ** 2).sum(axis=2)
+    return sum_of_squares(as_error(error)[:, first:])
+
+
+def sum_of_squares(values: Array) -> Array:
+    """Over the last axis, which is short: component by component, several times as fast as ``sum(axis=-1)``."""
+    total = np.zeros(values.shape[:-1])
+    for k in range(values.shape[-1]):
+        total += values[..., k] ** 2
+    return total
 
 
 def _sums(square: Array) -> tuple[Array, Array]:

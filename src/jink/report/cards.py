@@ -9,7 +9,8 @@ from .consistency import BINS, Consistency
 from .shell import escape
 
 _MOMENT = re.compile(r"(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:\.\d+)?(?:\+00:00|Z)")
-_LINE = 24  # characters that stay on one line
+_LINE = 24  # characters of a name that stay on one line
+_VALUE = 16  # characters of a value that do
 _SHORT = 60  # characters: a list that reads as one value
 _COMPUTED = "consistency"  # the page computes this from the tracks and shows more of it
 
@@ -53,7 +54,7 @@ def _pairs(values: Mapping[Any, Any]) -> str:
         if isinstance(value, list | tuple):
             value = ", ".join(_text(item) for item in value) or "none"
         name, text = _words(key), _text(value)
-        kinds = [*(["zero"] if _is_nothing(value) else []), *(["short"] if len(text) <= _LINE else [])]
+        kinds = [*(["zero"] if _is_nothing(value) else []), *(["short"] if len(text) <= _VALUE else [])]
         short = ' class="short"' if len(name) <= _LINE else ""
         cell = f'<td class="{" ".join(kinds)}">{escape(text)}</td>'
         rows.append(f'<tr><th scope="row"{short}>{escape(name)}</th>{cell}</tr>')

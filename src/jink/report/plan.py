@@ -28,6 +28,13 @@ def plan_coordinates(rows: TrackRows) -> tuple[np.ndarray, np.ndarray, dict[str,
     return east, north, {"latitude": lat0, "longitude": lon0, "radius": _EARTH_RADIUS}
 
 
+def plan_point(frame: dict[str, float], latitude: float, longitude: float) -> tuple[float, float]:
+    """(east, north) in metres of one place, on the side of the date line that is nearer to the frame's origin."""
+    turn = (longitude - frame["longitude"] + 180.0) % 360.0 - 180.0
+    east = frame["radius"] * np.cos(np.radians(frame["latitude"])) * np.radians(turn)
+    return float(east), float(frame["radius"] * np.radians(latitude - frame["latitude"]))
+
+
 def measured_coordinates(
     rows: TrackRows, east: np.ndarray, north: np.ndarray, frame: dict[str, float] | None
 ) -> tuple[np.ndarray, np.ndarray]:

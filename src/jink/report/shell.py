@@ -1,14 +1,12 @@
 """The frame that every page shares: template, style, scripts and data in one file that needs nothing else.
 
-Charts are drawn by hand on canvas: Plotly alone is 4.8 MB and slow with tracks whose colour changes along
-the line.
+Charts and maps are drawn by hand on canvas: docs/page.md has the measurement behind that.
 """
 
 import html
 import json
 import math
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from importlib import metadata, resources
 from pathlib import Path
@@ -17,11 +15,14 @@ from typing import Any
 
 import numpy as np
 
+from ..io.temporary import atomically
 from .arrays import ArrayBlock
 
 _SHARED_SCRIPTS = ("data.js", "format.js", "canvas.js", "table.js")
 PLAN_AND_CHARTS = (
     "geometry.js",
+    "world.js",
+    "measure.js",
     "plan_draw.js",
     "plan.js",
     "plan_input.js",
@@ -97,15 +98,5 @@ def _shell(title: str, body: str, style: str, **rest: str) -> str:
 
 def write_page(path: str | os.PathLike[str], text: str) -> None:
     """Write `text` to `path` at once or not at all."""
-    target = Path(path)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", errors="replace", newline="\n") as file:
-            file.write(text)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(name, 0o666 & ~umask)
-        os.replace(name, target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    with atomically(Path(path)) as (temporary,):
+        temporary.write_text(text, encoding="utf-8", errors="replace", newline="\n")

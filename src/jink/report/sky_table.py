@@ -7,6 +7,18 @@ from ..metrics.figure import Figure
 from .terminal import print_line, print_table, standard_output
 
 HEAD = ("filter", "association", "GOSPA m", "places", "missed", "false", "switches", "ids", "held", "spurious", "ms")
+MORE = (
+    "filter",
+    "association",
+    "MOTA",
+    "MOTP m",
+    "completeness",
+    "ambiguity",
+    "spuriousness",
+    "accuracy m",
+    "id changes / h",
+    "longest",
+)
 
 
 def show(race: SkyRace) -> None:
@@ -19,6 +31,12 @@ def show(race: SkyRace) -> None:
         console,
         "GOSPA and its parts are root mean squares over runs and scans; switches per run, ids per target; "
         "held: share of targets and scans with a track; spurious: of tracks without a target; ms of CPU per scan.",
+    )
+    print_table(console, MORE, [_more(e) for e in race.entrants], left=(0, 1))
+    print_line(
+        console,
+        "CLEAR-MOT: MOTA, MOTP. SIAP, where a track belongs to the target nearest to it: completeness, ambiguity, "
+        "spuriousness, positional accuracy, id changes per hour of target, longest stretch on one track.",
     )
 
 
@@ -36,6 +54,23 @@ def _row(entrant: SkyEntrant) -> tuple[str, ...]:
         f"{f.completeness:.3f}",
         f"{f.spurious:.3f}",
         f"{entrant.milliseconds:.3g}",
+    )
+
+
+def _more(entrant: SkyEntrant) -> tuple[str, ...]:
+    s, m = entrant.siap, entrant.clear_mot
+    hourly = Figure(3600 * s.id_change_rate.value, 3600 * s.id_change_rate.se)
+    return (
+        entrant.filter,
+        entrant.association,
+        _figure(m.mota),
+        _figure(m.motp),
+        f"{s.completeness.value:.3f}",
+        f"{s.ambiguity.value:.3f}",
+        f"{s.spuriousness.value:.3f}",
+        _figure(s.position_accuracy),
+        _figure(hourly),
+        f"{s.longest_segment.value:.3f}",
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from ..io.printable import printable
 from ..tracking.summary import CLEANED
 from .terminal import standard_output
 
@@ -32,7 +33,7 @@ def show(summary: dict[str, Any]) -> None:
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
     for name, text in lines(summary):
-        table.add_row(name, Text(text))
+        table.add_row(name, Text(printable(text)))
     standard_output().print(table)
 
 

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
+from ..io.printable import printable
+
 # columns of a file or a pipe: more than any table needs, so that its lines are as long as they have to be
 ENDLESS = 100_000
 
@@ -23,7 +25,7 @@ def print_line(console: Any, text: str = "", style: str = "") -> None:
     """A sentence as it stands: nothing in it is read as markup."""
     from rich.text import Text
 
-    console.print(Text(text, style=style))
+    console.print(Text(printable(text), style=style))
 
 
 def print_table(
@@ -45,6 +47,7 @@ def print_table(
     from rich.table import Table
     from rich.text import Text
 
+    head, rows = [printable(name) for name in head], [[printable(cell) for cell in row] for row in rows]
     columns = list(zip(head, *rows, strict=True))
     widths = [max(cell_len(line) for cell in column for line in cell.split("\n")) for column in columns]
     groups = together or [[k] for k in range(1, len(head))]

@@ -18,9 +18,11 @@ from .plan import measured_coordinates, plan_coordinates
 from .rows import TrackRows, read_rows
 from .settled import group_quantile, settled
 from .shell import PLAN_AND_CHARTS, escape, fill, page, write_page
+from .sites import site_places
 from .targets import target_table
+from .world import add_world
 
-_SCRIPTS = (*PLAN_AND_CHARTS, "tracks.js")
+_SCRIPTS = (*PLAN_AND_CHARTS, "address.js", "replay.js", "exports.js", "tracks.js")
 _BYTES = 5_500_000  # aimed at for the arrays before compression, times two: keeps a page below 8 MB
 _MOST_TARGETS = 5_000
 _GATED_BONUS = 0.05
@@ -41,10 +43,12 @@ def write_report(
     shown as tables. Raises ValueError naming missing columns, OSError when `path` cannot be written. Every
     number is computed from all rows; only what is drawn is decimated, keeping the shape of every curve.
     """
-    write_page(path, _page_text(tracks, summary, title or _title(summary)))
+    write_page(path, page_text(tracks, summary, title))
 
 
-def _page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str) -> str:
+def page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str | None = None) -> str:
+    """The page as HTML."""
+    title = title or _title(summary)
     every = read_rows(tracks)
     check = _check(every)
     cards = consistency_card(check, int(np.sum(every.status == Status.gated)))
@@ -63,6 +67,7 @@ def _page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str) -> 
         "panels": drawing.panels,
         "nis_band": _common_band(rows, check),
         "liveliest": _liveliest(table, rows),
+        "sites": site_places(summary, rows, drawing.frame),
     }
     body = fill(
         "tracks.html",
@@ -124,6 +129,7 @@ def _draw(rows: TrackRows) -> _Drawing:
     block.add("time", (rows.time - start[rows.target])[keep] if len(rows) else start)
     _add_positions(block, rows, keep, east, north, measured_coordinates(rows, east, north, frame))
     _add_states(block, rows, keep, manoeuvring, probability)
+    add_world(block, frame, east, north)
     entries = [_add_panel(block, panel, keep) for panel in shown]
     return _Drawing(block, entries, frame, keep.size)
 

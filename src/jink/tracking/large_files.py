@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -47,20 +46,25 @@ def track_large(
     output: tuple[Path, str] | None,
     rejected: Path | None,
     progress: Progress,
+    *,
+    safe: bool = False,
 ) -> tuple[dict[str, Any], list[Path]] | None:
     """The summary and the files that were written; None where the files cannot be divided. Errors: InputError.
 
-    output: where tracks go, and in which format; rejected: where rows go that are in no track.
+    output: where tracks go, and in which format; rejected: where rows go that are in no track;
+    safe: no cell of CSV is a formula.
     """
     from ..io.sinks import check_streamed, write_stream
+    from ..io.spreadsheets import harmless
+    from ..io.temporary import folder_in
     from ..io.writing import atomically
     from .large import Large
 
     if output is not None:
         check_streamed(*output)
     beside = output[0].parent if output else None
-    with tempfile.TemporaryDirectory(prefix=".jink-", dir=beside) as folder:
-        large = Large.of(inputs, reading, settings, memory, Path(folder), progress)
+    with folder_in(beside) as folder:
+        large = Large.of(inputs, reading, settings, memory, folder, progress)
         if large is None:
             return None
         if output is None:
@@ -70,7 +74,8 @@ def track_large(
         path, kind = output
         written = [path]
         with atomically(path) as (name,):
-            write_stream(large.tables(), name, kind, packed=path.suffix == ".gz")
+            tables = map(harmless, large.tables()) if safe else large.tables()
+            write_stream(tables, name, kind, packed=path.suffix == ".gz")
             summary = large.summary()
             if rejected is not None and (large.lost or rejected.exists()):
                 with atomically(rejected) as (beside_it,):

@@ -23,6 +23,7 @@ from ..io.loading import Reading
 from ..io.measurements import Measurements
 from ..io.writing import plain_times
 from .cleaning import measured_rows
+from .ground import least_heights
 from .live_lines import Lines
 from .live_order import Order, Waiting, tomorrow
 from .live_targets import OUTPUTS, Answered, Entry, Followed, Pool, answer_entries
@@ -51,6 +52,7 @@ class LiveTracks:
     notes: list[str] = field(default_factory=list)
     steps: list[float] = field(default_factory=list)
     pools: dict[tuple[int, Pace], Pool] = field(default_factory=dict)
+    apart: bool = False  # every target has a filter of its own, which can predict and be saved
 
     def __post_init__(self) -> None:
         self.lines = Lines(self.reading, notes=self.notes)
@@ -58,6 +60,7 @@ class LiveTracks:
         self.active: dict[str, Followed] = {}  # those that have a slot
         self.clock: float | None = None
         self.swept = -math.inf
+        self.ground = math.nan
         self._times: deque[float] = deque(maxlen=LATEST)
         self._pending: list[Entry] = []
         self._answered: list[Answered] = []
@@ -288,7 +291,7 @@ class LiveTracks:
             names = {"geographic": ("x", "y", "altitude"), "cartesian": ("x", "y", "z")}
             components = names.get(position, ("range", "azimuth", third or ""))[:axes]
             usual = _usual(given, self.settings.kind)
-            self.pools[axes, pace] = Pool(choose(components, usual, pace, self.settings)[1])
+            self.pools[axes, pace] = Pool(choose(components, usual, pace, self.settings)[1], self.apart)
             note = "measurement noise cannot be estimated from a stream: the usual value is taken; --sensor-sd sets it"
             if not given and self.settings.filter is None:
                 self._say(note)
@@ -314,12 +317,20 @@ class LiveTracks:
         estimate = _joined([each.estimate for each in some])
         part = pl.Series("part", [entry.target.part for entry in entries], dtype=pl.Int32)
         z = np.array([entry.z for entry in entries])
-        table = tracks_table(
-            self._placed(_rows_of(rows, entries).with_columns(part), z, entries, axes, measurements, third),
-            estimate,
-            measurements.absolute,
-        )
+        placed = self._placed(_rows_of(rows, entries).with_columns(part), z, entries, axes, measurements, third)
+        table = tracks_table(placed, estimate, measurements.absolute, self._lowest(placed))
         return table.with_columns(segment=pl.Series([entry.segment for entry in entries], dtype=pl.Int32))
+
+    def _lowest(self, placed: Placed) -> np.ndarray:
+        """The ground of each row (N,), as the stream has shown it up to there."""
+        if placed.axes < 3:
+            return np.full(placed.time.size, np.nan)
+        sd = _usual(self.settings.sensor_sd, self.settings.kind)["altitude"]
+        order = np.argsort(placed.rows["row"].to_numpy(), kind="stable")
+        least = least_heights(placed, np.full((placed.time.size, 3), sd**2))[order]
+        lowest = np.fmin.accumulate(np.r_[self.ground, least])[1:]
+        self.ground = float(lowest[-1])
+        return lowest[np.argsort(order)]
 
     def _placed(
         self,

@@ -22,10 +22,10 @@ Anchor = tuple[float, float, float, float, float]  # x, y, latitude, longitude, 
 class Pool:
     """Live filters of all targets that one filter follows; each has a slot."""
 
-    def __init__(self, filter: Any) -> None:
+    def __init__(self, filter: Any, apart: bool = False) -> None:
         self.filter = filter
         try:
-            self.slots = filter.slots()
+            self.slots = None if apart else filter.slots()
         except (AttributeError, TypeError):  # along each axis by itself, or models of the user's own
             self.slots = None
         self.singles: dict[int, Any] = {}

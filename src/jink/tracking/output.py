@@ -6,6 +6,7 @@ they follow from kinematics: a = ω × v, and ω = (v × a) / |v|².
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,7 @@ from ..estimate import STATUS, Status
 from ..io.geodesy import DevelopedFrame, SiteFrame
 from ..io.kept import unmarked
 from ..io.stages import stage
+from .ground import lifted
 from .placing import Placed
 
 SLOW = 1e-6  # m/s: below this speed a course means nothing
@@ -61,9 +63,13 @@ class State:
 
 
 @stage("table")
-def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
-    """One row per row of `placed`: the columns that `jink.track` documents, nulls where nothing is known."""
-    state = State(estimate.x, estimate.P, estimate.components)
+def tracks_table(placed: Placed, estimate: Any, absolute: bool, ground: float | np.ndarray = math.nan) -> pl.DataFrame:
+    """One row per row of `placed`: the columns that `jink.track` documents, nulls where nothing is known.
+
+    ground (m): no height is below it; NaN: it is not known.
+    """
+    x, P = lifted(placed, ground, estimate.x, estimate.P, estimate.components)
+    state = State(x, _with_lasting(placed, P, estimate.components), estimate.components)
     columns, sds = _kinematics(state)
     _unknown_velocity(state, np.asarray(estimate.status), columns, sds)
     place, convergence = _position(placed, state)
@@ -97,6 +103,16 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool) -> pl.DataFrame:
     if "on_ground" in placed.rows.columns:
         table = table.with_columns(on_ground=placed.rows["on_ground"])
     return table.select(_ordered(table.columns)).with_columns(**unmarked(placed.rows, table.columns))
+
+
+def _with_lasting(placed: Placed, P: np.ndarray, components: Sequence[str]) -> np.ndarray:
+    """Covariances (N, n, n) with what positions keep of errors that last."""
+    if "lasting" not in placed.rows.columns:
+        return P
+    P, variance = P.copy(), placed.rows["lasting"].to_numpy()
+    for place in (components.index("px"), components.index("py")):
+        P[:, place, place] += variance
+    return P
 
 
 def _ordered(names: list[str]) -> list[str]:

@@ -23,6 +23,8 @@ FEWEST = 10  # measured rows of a target; of fewer nothing is said
 TOO_FAST = 1.5  # times the kind's speed, by the median of a target
 ABSURD = 10.0  # times the kind's speed: no setting of a filter mends that
 TOO_SLOW = 0.02  # of the kind's speed, by the fastest of all targets
+CRAWLS = 0.05  # m/s: nothing that is tracked goes on and on so slowly, in
+STRAIGHT = 0.5  # of its path
 TOO_HARD = 4.0  # times the kind's acceleration, by 90 % of the rows
 REJECTED = 0.2  # share of a target's measured rows that were gated or began a track anew
 JUMPS = 0.2  # share of steps that no target of the kind can make
@@ -111,7 +113,7 @@ def findings(seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency
         *_stillness(targets),
         *_noise(noise, targets),
         *_times(seen),
-        *_consistency(seen, consistency),
+        *_consistency(seen, noise, consistency),
         *_errors(targets, noise),
         *_slant(targets, noise),
     ]
@@ -138,6 +140,11 @@ def _by_target(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
     )
     time = pl.col("time").dt.epoch("us") / 1e6 if isinstance(tracks.schema["time"], pl.Datetime) else pl.col("time")
     leap = (pl.col("measured_x").diff() ** 2 + pl.col("measured_y").diff() ** 2).sqrt()
+
+    def last(name: str) -> pl.Expr:
+        known = pl.col(f"measured_{name}").drop_nulls()
+        return known.last() - known.first()
+
     spread = [(pl.col(f"measured_{c}").max() - pl.col(f"measured_{c}").min()).alias(f"spread_{c}") for c in "xy"]
     return (
         tracks.lazy()
@@ -150,6 +157,8 @@ def _by_target(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
             acceleration.filter(settled).quantile(0.1).alias("acceleration"),
             pl.col("speed").max().alias("fastest"),
             (leap > FACTOR * kind.speed * time.diff()).mean().alias("jumps"),
+            leap.sum().alias("path"),
+            (last("x") ** 2 + last("y") ** 2).sqrt().alias("away"),
             *spread,
         )
         .collect()
@@ -202,6 +211,17 @@ def _motion(targets: pl.DataFrame, name: str) -> Iterator[Finding]:
                 likely="another kind of target",
                 mend=f"--kind {fitting} expects up to {KINDS[fitting].speed:g} m/s",
             )
+    crawling = known.filter(
+        (pl.col("fast") < CRAWLS) & (pl.col("away") > STRAIGHT * pl.col("path")) & (pl.col("measured") >= 2 * FEWEST)
+    )
+    if crawling.height and crawling.height == known.height:
+        yield Finding(
+            "too_slow",
+            f"goes straight on at {_range(crawling['speed'])} m/s",
+            **_named(crawling),
+            likely="a wrong unit of position (kilometres?) or time (milliseconds?)",
+            mend="--columns x_km=NAME,y_km=NAME or --time-unit ms names it",
+        )
 
 
 def _faster(speed: float) -> str:
@@ -328,10 +348,12 @@ def _times(seen: Seen) -> Iterator[Finding]:
         )
 
 
-def _consistency(seen: Seen, consistency: dict[str, float]) -> Iterator[Finding]:
-    """The innovations of all rows against what the filter says of them."""
+def _consistency(seen: Seen, noise: Sequence[dict[str, Any]], consistency: dict[str, float]) -> Iterator[Finding]:
+    """The innovations of all rows against what the filter says of them; errors that last make them small."""
     mean = consistency.get("mean_per_dimension")
     if mean is None or NIS_MEAN[0] <= mean <= NIS_MEAN[1]:
+        return
+    if mean < NIS_MEAN[0] and any("lasting_sd" in line for line in noise):
         return
     if seen.scored < NIS_ROWS:
         return
@@ -346,9 +368,23 @@ def _consistency(seen: Seen, consistency: dict[str, float]) -> Iterator[Finding]
 
 
 def _errors(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[Finding]:
-    """Errors that last: their estimated sd is that of their changes, which is too small."""
+    """Errors that last: no filter takes them out, and where the noise does not count them, sds are too small."""
+    some = targets.filter(pl.col("error_sd").is_not_null())
+    counted = [line for line in noise if "lasting_sd" in line]
+    if counted and some.height:
+        sd, seconds = (float(np.median([line[name] for line in counted])) for name in ("lasting_sd", "lasting_seconds"))
+        yield Finding(
+            "correlated",
+            f"errors of about {sd:.2g} m lasting about {seconds:.2g} s; they count as noise, and the sds of positions "
+            "have them, but no filter takes them out",
+            **_named(some),
+            likely="a satellite receiver, or positions that were smoothed before",
+            mend=f"--sensor-sd {sd:.2g} takes them for independent errors",
+        )
+        return
     estimated = [line["position_sd"] for line in noise if line.get("position_sd_from") == "estimated"]
-    if not estimated:
+    stamped = any(line.get("time_sd", 0.0) > 0 for line in noise)
+    if not estimated or stamped:
         return
     assumed = max(estimated)
     some = targets.filter(pl.col("error_sd") > 2.0 * assumed)

@@ -70,7 +70,10 @@ class Settings:
     def said(self) -> dict[str, Any]:
         """What the summary says of the settings."""
         smoothed = self.smoothing is not None
-        return {"kind": self.kind, "smoothed": smoothed} | ({"lag": str(self.lag)} if self.lag else {})
+        sites = self.sites if self.site is None else {"": self.site}
+        places = {name: [site.latitude, site.longitude] for name, site in sites.items()}
+        said = {"kind": self.kind, "smoothed": smoothed}
+        return said | ({"lag": str(self.lag)} if self.lag else {}) | ({"sites": places} if places else {})
 
 
 class Pace(NamedTuple):
@@ -179,6 +182,8 @@ def drawn(counts: pl.DataFrame) -> pl.DataFrame | None:
 def _group(placed: Placed, pace: Pace, settings: Settings, known: Known | None) -> Group:
     of_all = known.levels.get(placed.axes) if known else None
     level = noise_levels(placed, settings.sensor_sd, settings.kind, of_all)
+    if level.lasting is not None:
+        placed = replace(placed, rows=placed.rows.with_columns(lasting=level.lasting))
     named = settings.filter is None or isinstance(settings.filter, str)
     polar, converted, used = placed.components[0] == "range", False, Used()
     if named and settings.velocity:

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Iterator
 
 from ..io.errors import InputError
+from ..io.printable import printable
 from .live import LiveTracks
 from .live_lines import LONGEST, TooLong
 
@@ -31,6 +32,7 @@ class Messages:
         """One or several lines."""
         if self.quiet or not text:
             return
+        text = printable(text)
         if self.handle < 0:
             sys.stderr.write(text)
             return

@@ -16,6 +16,8 @@ class PlanView {
       () => this.draw(),
     );
     this.tip = document.getElementById("tip");
+    this.measure = new Measure(this);
+    this.overlays = [];
     listenToPlan(this);
   }
 
@@ -127,9 +129,17 @@ class PlanView {
     const ctx = surface.base, { width, height } = surface;
     const sy = view.k / picture.view.k, sx = (view.k * view.aspect) / (picture.view.k * picture.view.aspect);
     surface.clear(ctx);
-    drawGraticule(ctx, this);
+    this.drawGround(ctx);
+    ctx.globalAlpha = this.faded ? 0.3 : 1;
     ctx.drawImage(picture.canvas, this.px(picture.view.x) - (width / 2) * sx, this.py(picture.view.y) - (height / 2) * sy, width * sx, height * sy);
+    ctx.globalAlpha = 1;
     drawScaleBar(ctx, this);
+  }
+
+  drawGround(ctx) {
+    drawWorld(ctx, this);
+    drawGraticule(ctx, this);
+    drawSites(ctx, this);
   }
 
   drawAll() {
@@ -144,8 +154,10 @@ class PlanView {
     this.picture = { canvas, view: { ...this.view } };
     this.moving = false;
     surface.clear(base);
-    drawGraticule(base, this);
+    this.drawGround(base);
+    base.globalAlpha = this.faded ? 0.3 : 1;
     base.drawImage(canvas, 0, 0, surface.width, surface.height);
+    base.globalAlpha = 1;
     drawScaleBar(base, this);
     this.cost = performance.now() - begin;
   }
@@ -212,6 +224,7 @@ class PlanView {
   drawOver() {
     const { surface, tracks, cursor } = this;
     surface.clear(surface.over);
+    for (const overlay of [...this.overlays, this.measure]) overlay.draw(surface.over);
     if (cursor < 0 || tracks.X[cursor] !== tracks.X[cursor]) return;
     const ctx = surface.over, x = this.px(tracks.X[cursor]), y = this.py(tracks.Y[cursor]);
     ctx.beginPath();

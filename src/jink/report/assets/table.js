@@ -17,7 +17,7 @@ class SortableTable {
     });
     this.body.addEventListener("click", (event) => {
       const row = event.target.closest("tr");
-      if (row) this.onChoose(Number(row.dataset.index));
+      if (row?.dataset.index) this.onChoose(Number(row.dataset.index));
     });
     this.body.addEventListener("keydown", (event) => this.key(event));
     this.drawHead();
@@ -69,7 +69,15 @@ class SortableTable {
     });
     this.rows = rows;
     this.body.replaceChildren();
-    this.more();
+    if (rows.length) this.more();
+    else this.tellNothing();
+  }
+
+  tellNothing() {
+    const cell = this.body.insertRow().insertCell();
+    cell.colSpan = this.columns.length;
+    cell.className = "nothing";
+    cell.textContent = this.filter ? `No name contains “${this.filter}”.` : "There is no target.";
   }
 
   more() {

@@ -16,7 +16,7 @@ function makeTracks(meta, arrays) {
   }
   const manoeuvring = (i) => (arrays.manoeuvring[i] === 255 ? NaN : arrays.manoeuvring[i] / 254);
   const tracks = {
-    meta, first, X, Y, MX, MY, manoeuvring, names: meta.targets.name, time: arrays.time, start: arrays.start,
+    meta, arrays, first, X, Y, MX, MY, manoeuvring, world: makeWorld(arrays), names: meta.targets.name, time: arrays.time, start: arrays.start,
     status: arrays.status, fresh: arrays.fresh, coasting: arrays.coasting,
     updated: arrays.status.map((code) => Number(code === meta.statuses.indexOf("updated"))),
   };
@@ -76,13 +76,17 @@ function tableColumns(meta, system) {
 }
 
 // What tests (and the console) may ask of the page.
-function pageHandle(tracks, plan, charts) {
+function pageHandle(tracks, plan, charts, replay) {
   return {
     whereIs(name) {
       const t = tracks.names.indexOf(name);
       const row = (tracks.first[t] + tracks.first[t + 1]) >> 1;
       return [plan.px(tracks.X[row]), plan.py(tracks.Y[row])];
     },
+    csv: (name) => rowsAsCsv(tracks, tracks.names.indexOf(name), tracks.first[tracks.names.indexOf(name)], tracks.first[tracks.names.indexOf(name) + 1]),
+    measured: () => plan.measure.ends && plan.measure.result(),
+    world: () => tracks.world?.kind.length ?? 0,
+    moment: () => replay.moment,
     timeWindow: () => [...charts.window, ...charts.whole],
     view: () => ({ ...plan.view }),
     redraw: () => plan.drawAll(),
@@ -108,24 +112,40 @@ class TracksPage {
     };
     this.plan = new PlanView(byId("plan"), tracks, { onChoose, onCursor });
     this.charts = new TimeCharts(byId("charts"), byId("ribbon"), tracks, { onCursor, onWindow: (rows) => this.follow(rows) });
+    const control = (name) => byId(`replay-${name}`);
+    this.replay = new Replay(this.plan, tracks, {
+      play: control("play"), slider: control("slider"), text: control("text"), speed: control("speed"), off: control("off"),
+    });
+    this.plan.overlays.push(this.replay, new Names(this.plan, this.replay, byId("names")));
     this.table = new SortableTable(byId("list"), tableColumns(meta, () => this.system), { onChoose });
     byId("target-count").textContent = groupThousands(String(tracks.names.length));
     this.wire();
     this.colour();
     this.open();
-    window.jinkPage = pageHandle(tracks, this.plan, this.charts);
+    window.jinkPage = pageHandle(tracks, this.plan, this.charts, this.replay);
   }
 
-  // The target named in the address, else the one that manoeuvred longest, with all targets in view.
+  // What the address names, else the target that manoeuvred longest, with all targets in view.
   open() {
-    const asked = (location.hash.match(/^#target=(.*)$/) || [])[1];
-    let wanted = -1;
-    try {
-      wanted = this.tracks.names.indexOf(decodeURIComponent(asked || ""));
-    } catch { /* not an address of ours */ }
+    const asked = readAddress(location.hash);
+    const wanted = asked.target === undefined ? -1 : this.tracks.names.indexOf(asked.target);
     const named = wanted >= 0;
+    if (UNITS[asked.units]) {
+      byId("units").value = asked.units;
+      this.useUnits(asked.units);
+    }
     this.choose(named ? wanted : this.meta.liveliest, { zoom: named, smooth: false, remember: false });
     if (!named) this.plan.fitAll({ smooth: false });
+    const start = this.tracks.start[this.plan.chosen];
+    if (named && asked.to > asked.from) this.charts.setWindow(asked.from - start, asked.to - start);
+  }
+
+  // The address leads here again: target, time window, units.
+  remember() {
+    const { charts, tracks, plan, system } = this;
+    const start = tracks.start[plan.chosen];
+    const [from, to] = charts.zoomed ? charts.window.map((t) => start + t) : [undefined, undefined];
+    writeAddress({ target: tracks.names[plan.chosen], from, to, units: system === "si" ? undefined : system });
   }
 
   choose(target, { zoom = true, smooth = true, remember = true } = {}) {
@@ -139,16 +159,14 @@ class TracksPage {
     byId("facts").textContent = `${start} · ${formatDuration(meta.targets.duration[target])}`;
     document.documentElement.dataset.chosen = tracks.names[target];
     if (zoom) this.plan.fitChosen({ smooth });
-    if (!remember) return;
-    try {
-      history.replaceState(null, "", `#target=${encodeURIComponent(tracks.names[target])}`);
-    } catch { /* some browsers refuse this for files */ }
+    if (remember) this.remember();
   }
 
   follow(rows) {
     this.plan.setWindow(rows);
     byId("time-all").disabled = rows === null;
     if (byId("follow").checked) this.plan.fitChosen({ smooth: false });
+    this.remember();
   }
 
   colour() {
@@ -165,6 +183,20 @@ class TracksPage {
     this.table.choose(this.table.chosen, { scroll: false });
     this.colour();
     this.charts.surface.schedule();
+    this.plan.surface.schedule();
+  }
+
+  saveRows() {
+    const { tracks, plan } = this;
+    const { chosen, window: rows } = plan;
+    const text = rowsAsCsv(tracks, chosen, ...(rows || [tracks.first[chosen], tracks.first[chosen + 1]]));
+    saveAs(`${fileName(tracks.names[chosen])}.csv`, new Blob([text], { type: "text/csv" }));
+  }
+
+  toggleMeasure() {
+    const { measure } = this.plan;
+    measure.switch(!measure.on);
+    byId("measure").setAttribute("aria-pressed", String(measure.on));
   }
 
   wire() {
@@ -174,7 +206,10 @@ class TracksPage {
       this.way = this.ways[event.target.selectedIndex];
       this.colour();
     });
-    byId("units").addEventListener("change", (event) => this.useUnits(event.target.value));
+    byId("units").addEventListener("change", (event) => {
+      this.useUnits(event.target.value);
+      this.remember();
+    });
     byId("find").addEventListener("input", (event) => {
       table.find(event.target.value.trim());
       table.choose(table.chosen);
@@ -183,6 +218,7 @@ class TracksPage {
     const clicks = {
       "plan-all": () => plan.fitAll(), "plan-chosen": () => plan.fitChosen(), "plan-in": () => centre(1.5), "plan-out": () => centre(1 / 1.5),
       "time-in": () => charts.zoomBy(0.5), "time-out": () => charts.zoomBy(2), "time-all": () => charts.showAll(),
+      "plan-png": () => planAsPng(plan), "rows-csv": () => this.saveRows(), measure: () => this.toggleMeasure(),
     };
     for (const [id, action] of Object.entries(clicks)) byId(id).addEventListener("click", action);
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {

@@ -1,0 +1,201 @@
+"""`jink track FILES -o FOLDER/`: time per row and core, peak memory of each process, and kills at random moments.
+
+python -m benchmarks.archive                    4 million rows, 24 files, 20,000 targets of which one is hot
+python -m benchmarks.archive 4000000 40000000   these numbers of rows, one after the other
+python -m benchmarks.archive --kills 20         kill -9 at as many random moments, and compare the bytes
+python -m benchmarks.archive --geographic       latitude and longitude instead of x and y
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+TARGETS, FILES, HOT = 20_000, 24, 0.02
+STEP, DAY = 5.0, 86_400.0
+
+
+def path_of(rng: np.random.Generator, rows: int, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """One target that turns at random at 200 m/s, seen with an sd of 20 m; (rows,), (rows,)."""
+    each = 50
+    turns = np.repeat(rng.choice([0.0, 0.02, -0.03], rows // each + 1, p=[0.6, 0.2, 0.2]), each)[:rows]
+    course = rng.uniform(0.0, 2.0 * np.pi) + np.cumsum(turns * step)
+    noise = rng.normal(0, 20.0, (2, rows))
+    x, y = np.cumsum(200.0 * step * np.array([np.sin(course), np.cos(course)]), axis=1) + noise
+    return x, y
+
+
+def written(folder: Path, rows: int, geographic: bool) -> list[Path]:
+    """Hourly files, each in the order of time. One target has `HOT` of all rows, the others as many as each other."""
+    hot = int(HOT * rows)
+    each = (rows - hot) // (TARGETS - 1)
+    hours: list[list[pl.DataFrame]] = [[] for _ in range(FILES)]
+    for number in range(TARGETS):
+        rng = np.random.default_rng(number)
+        count = hot if number == 0 else each
+        step = DAY / hot if number == 0 else STEP
+        begin = 0.0 if number == 0 else rng.uniform(0.0, max(1.0, DAY - count * step))
+        seconds = begin + step * np.arange(count)
+        x, y = path_of(rng, count, step)
+        if geographic:
+            x, y = 11.0 + x / 75_000.0, 48.0 + y / 111_000.0
+            x, y = (x + 180.0) % 360.0 - 180.0, np.clip(y, -80.0, 80.0)
+        z = 9_000.0 + rng.normal(0, 10.0, count)
+        cut = np.searchsorted(seconds, DAY / FILES * np.arange(FILES + 1))
+        names = ("longitude", "latitude", "altitude_m") if geographic else ("x", "y", "z")
+        for hour in np.flatnonzero(np.diff(cut)):
+            part = slice(cut[hour], cut[hour + 1])
+            columns = dict(zip(names, (x[part], y[part], z[part]), strict=True))
+            frame = pl.DataFrame({"id": pl.repeat(number, len(z[part]), dtype=pl.UInt32, eager=True)})
+            hours[hour].append(frame.with_columns(time=pl.Series(1.7e9 + seconds[part]), **columns))
+    paths = []
+    for hour, frames in enumerate(hours):
+        table = pl.concat(frames).sort("time")
+        frames.clear()
+        name = pl.format("t{}", pl.col("id").cast(pl.String).str.zfill(6)).alias("icao24")
+        paths.append(folder / f"hour{hour:02d}.parquet")
+        table.select(name, pl.exclude("id")).write_parquet(paths[-1])
+    return paths
+
+
+def command(files: list[Path], output: Path) -> list[str]:
+    names = [str(path) for path in files]
+    return [sys.executable, "-m", "jink", "track", *names, "-o", f"{output}/", "--memory", "2GB", "--json"]
+
+
+class Watched:
+    """Peak resident memory (bytes) of a process and of each of its children, sampled."""
+
+    def __init__(self, pid: int):
+        self.pid, self.peaks, self.over = pid, {}, threading.Event()
+        self.thread = threading.Thread(target=self._watch, daemon=True)
+        self.thread.start()
+
+    def _watch(self) -> None:
+        while not self.over.wait(0.05):
+            for pid in (self.pid, *_children(self.pid)):
+                try:
+                    lines = Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines()
+                except OSError:
+                    continue
+                found = next((int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM")), 0)
+                self.peaks[pid] = max(self.peaks.get(pid, 0), found)
+
+
+def _children(pid: int) -> list[int]:
+    try:
+        return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split()]
+    except OSError:
+        return []
+
+
+def tracked(files: list[Path], output: Path) -> dict[str, Any]:
+    """Wall and processor seconds of a run, of its first stage too, and the peaks of its processes."""
+    before = os.times()
+    began = time.perf_counter()
+    process = subprocess.Popen(command(files, output), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    watched = Watched(process.pid)
+    assert process.stdout is not None and process.stderr is not None
+    stages: dict[str, float] = {}
+    mapped = 0.0
+    for line in process.stderr:
+        event = json.loads(line)
+        stages[event["event"]] = time.perf_counter() - began
+        if event["event"] == "map":
+            mapped = _cpu(process.pid)
+    summary = json.load(process.stdout)
+    process.wait()
+    watched.over.set()
+    after = os.times()
+    cpu = after.children_user + after.children_system - before.children_user - before.children_system
+    peaks = sorted(watched.peaks.values())[-3:]
+    wall = time.perf_counter() - began
+    return {"wall": wall, "cpu": cpu, "map_cpu": mapped, "stages": stages, "peaks": peaks, "rows": summary["rows"]}
+
+
+def _cpu(pid: int) -> float:
+    """Processor seconds of a process and of its children until now."""
+    total = 0.0
+    for each in (pid, *_children(pid)):
+        try:
+            words = Path(f"/proc/{each}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+        except OSError:
+            continue
+        total += (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+    return total
+
+
+def hash_of(folder: Path) -> str:
+    """Of all tracks."""
+    found = hashlib.sha256()
+    for path in sorted(folder.glob("bucket=*/*")):
+        found.update(path.relative_to(folder).as_posix().encode() + path.read_bytes())
+    return found.hexdigest()
+
+
+def killed(files: list[Path], output: Path, times: int, seconds: float) -> str:
+    """Kill a run at random moments of all that it takes, run it again until it is through; says what was found."""
+    rng, wanted = random.Random(1), hash_of(output)
+    kept = sorted(path.relative_to(output) for path in output.rglob("*"))
+    same = orphans = 0
+    for number in range(times):
+        shutil.rmtree(output)
+        process = subprocess.Popen(command(files, output), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(rng.uniform(0.02, 0.98) * seconds)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        subprocess.run(command(files, output), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
+        same += hash_of(output) == wanted
+        orphans += sorted(path.relative_to(output) for path in output.rglob("*")) != kept
+        print(
+            f"  kill {number + 1:>2}: same bytes {same} of {number + 1}, files too many or too few {orphans}",
+            flush=True,
+        )
+    return f"{times} kills: same bytes {same} times, files too many or too few {orphans} times"
+
+
+def main() -> None:
+    """Print one line for each number of rows."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("rows", nargs="*", type=int, default=[4_000_000])
+    parser.add_argument("--kills", type=int, default=0)
+    parser.add_argument("--geographic", action="store_true")
+    options = parser.parse_args()
+    cores = len(os.sched_getaffinity(0))
+    for rows in options.rows:
+        with tempfile.TemporaryDirectory() as folder:
+            files = written(Path(folder), rows, options.geographic)
+            size = sum(path.stat().st_size for path in files)
+            output = Path(folder, "tracks")
+            done = tracked(files, output)
+            peaks = ", ".join(f"{peak / 1e9:.2f}" for peak in done["peaks"])
+            made = sum(path.stat().st_size for path in output.rglob("bucket=*/*"))
+            slices = sum(path.stat().st_size for path in output.rglob(".jink/map/*"))
+            print(
+                f"{done['rows']:>12,} rows, {size / 1e9:.2f} GB in, {slices / 1e9:.2f} GB slices, {made / 1e9:.2f} GB out: "
+                f"wall {done['wall']:.1f} s (divided after {done['stages']['map']:.1f} s), CPU {done['cpu']:.1f} s; "
+                f"{done['cpu'] / done['rows'] * 1e6:.2f} us of CPU a row, {done['map_cpu'] / done['rows'] * 1e6:.2f} of it "
+                f"to divide; wall times {cores} cores {done['wall'] * cores / done['rows'] * 1e6:.2f} us; peaks {peaks} GB",
+                flush=True,
+            )
+            if options.kills:
+                print(killed(files, output, options.kills, done["wall"]), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""The rows of a bucket, from the slices of all files, as if they had been read together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any, NamedTuple
+
+import polars as pl
+
+from ..io.kept import MARK, alike
+from ..io.measurements import Measurements
+from . import job as names
+from .errors import Stopped
+from .mapping import unpacked
+from .store import Store
+
+
+class Place(NamedTuple):
+    """A slice of an input file: the file's number, what is the same in its rows, and the batch that it is."""
+
+    number: int
+    same: dict[str, Any]
+    batch: int
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What all files have in common, as `io.loading.together` would find it.
+
+    columns: the types of the rows' columns; named, unused, rate_notes and notes: what the summary says of reading.
+    """
+
+    position: str
+    absolute: bool
+    columns: dict[str, Any]
+    named: dict[str, str]
+    unused: list[str]
+    rate_notes: list[str]
+    notes: list[str]
+
+    def measurements(self, rows: pl.DataFrame) -> Measurements:
+        """Of some rows; what is said of all is not said again."""
+        named, unused, rate_notes = dict(self.named), list(self.unused), list(self.rate_notes)
+        return Measurements(rows, [], self.position, self.absolute, named, [], unused, rate_notes)
+
+
+def kind_of(said: Sequence[dict[str, Any]]) -> Kind:
+    """What files have in common; said: of each what its map says. Errors: Stopped, with both, where two differ."""
+    parts = [part for each in said for part in each["parts"]]
+    first = parts[0]
+    for part in parts[1:]:
+        check_same(first, part)
+    heads = alike([unpacked(part["head"]) for part in parts])
+    columns = pl.concat(heads, how="diagonal_relaxed").schema
+    lists = {
+        name: list(dict.fromkeys(text for part in parts for text in part[name]))
+        for name in ("unused", "rate_notes", "notes")
+    }
+    return Kind(first["position"], first["absolute"], dict(columns), first["named"], **lists)
+
+
+def check_same(one: dict[str, Any], other: dict[str, Any]) -> None:
+    """Errors: Stopped where two files cannot be tracked together, with the columns of both."""
+    if one["position"] != other["position"]:
+        what = f"{one['position']} positions", f"{other['position']} ones"
+    elif one["absolute"] != other["absolute"]:
+        what = tuple("dates" if part["absolute"] else "plain seconds" for part in (one, other))
+    elif ("target" in one["named"]) != ("target" in other["named"]):
+        what = tuple("a column of targets" if "target" in part["named"] else "none" for part in (one, other))
+    else:
+        return
+    raise Stopped(
+        f"{one['file']} has {what[0]} and {other['file']} has {what[1]}; they cannot be tracked together\n"
+        + "\n".join(f"  {part['file']}: {_columns(part)}" for part in (one, other))
+        + "\n  Name the columns that hold for all files (--columns target=...), or leave one of them out"
+    )
+
+
+def _columns(part: dict[str, Any]) -> str:
+    found = [f"{role} = {name}" for role, name in part["named"].items()]
+    return ", ".join(found) + (f"; unused: {', '.join(part['unused'])}" if part["unused"] else "")
+
+
+def places(said: Sequence[dict[str, Any]], bucket: int) -> list[Place]:
+    """Where the rows of a bucket are, in the order of the files."""
+    name = str(bucket)
+    return [
+        Place(number, part["same"], part["slices"][name])
+        for number, each in enumerate(said)
+        for part in each["parts"]
+        if name in part["slices"]
+    ]
+
+
+def gather(store: Store, kind: Kind, where: Sequence[Place]) -> pl.DataFrame:
+    """The rows of a bucket in the order of the files."""
+    frames = list(_slices(store, kind, where))
+    if not frames:
+        return pl.DataFrame(schema=kind.columns)
+    return pl.concat(frames, rechunk=True)
+
+
+def _slices(store: Store, kind: Kind, where: Sequence[Place]) -> Iterator[pl.DataFrame]:
+    import pyarrow as pa
+
+    for number, some in groupby(where, lambda place: place.number):
+        with store.open(names.slices(number)) as source, pa.ipc.open_file(source) as reader:
+            for place in some:
+                batch = reader.get_batch(place.batch)
+                yield _shaped(pl.DataFrame(pa.Table.from_batches([batch])), place.same, kind.columns)
+
+
+def _shaped(frame: pl.DataFrame, same: dict[str, Any], columns: dict[str, Any]) -> pl.DataFrame:
+    """With what was the same in all rows, and all columns of the archive in their order and type."""
+    known = {**{name: pl.lit(value, pl.String) for name, value in same.items()}}
+    absent = {name: pl.lit(None, kind) for name, kind in columns.items() if name not in frame.columns}
+    frame = frame.with_columns(**(absent | known))
+    mixed = [name for name in columns if name.startswith(MARK) and frame.schema[name] != columns[name]]
+    texts = alike([frame.select(mixed), pl.DataFrame(schema={name: columns[name] for name in mixed})])[0]
+    return frame.with_columns(texts).select(pl.col(name).cast(kind) for name, kind in columns.items())

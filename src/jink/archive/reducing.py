@@ -1,0 +1,59 @@
+"""A bucket to tracks: the same steps as for a table in memory, into one Parquet file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import IO, Any
+
+import polars as pl
+
+from ..tracking.shares import Shares
+from . import job as names
+from .gathering import Place, gather
+from .job import Job
+from .settling import Settled
+
+REMEDY = "state it in the input (a column of altitudes for all), or track these files apart"
+
+
+def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place], files: int) -> dict[str, Any]:
+    """Track one bucket; what `names.reduced` says of it. where: its rows; files: of how many. Errors: InputError."""
+    job.check()
+    lost: list[pl.DataFrame] = []
+    shares = Shares(job.settings, lost.append, REMEDY, settled.known, dict(settled.schema))
+    rows = gather(job.store, settled.kind, where)
+    shares.tally.rows = rows.height
+    size = 0
+    if rows.height:
+        measured = settled.kind.measurements(rows)
+        del rows
+        tables = shares.tables(measured)
+        first = next(tables, None)
+        if first is not None:
+            size = job.store.put(names.tracks(bucket), lambda handle: _write(first, tables, handle))
+    if not size:
+        job.store.remove(names.tracks(bucket))
+    if lost:
+        job.store.put(names.left_out(bucket), pl.concat(lost).write_ipc)
+    done = {
+        "bucket": bucket,
+        "files": files,
+        "rows": shares.tally.rows,
+        "accepted": shares.tally.counts["accepted"],
+        "bytes": size,
+        "rejected": bool(lost),
+        "tally": shares.tally.as_json(),
+    }
+    job.say(names.reduced(bucket), done)
+    return done
+
+
+def _write(first: pl.DataFrame, rest: Iterator[pl.DataFrame], handle: IO[bytes]) -> None:
+    """Parquet with a group of rows per table, so that the bytes depend on the rows alone."""
+    import pyarrow.parquet as pq
+
+    table = first.to_arrow(compat_level=pl.CompatLevel.oldest())
+    with pq.ParquetWriter(handle, table.schema, compression="zstd", compression_level=1) as writer:
+        writer.write_table(table)
+        for frame in rest:
+            writer.write_table(frame.to_arrow(compat_level=pl.CompatLevel.oldest()))

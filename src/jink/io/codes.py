@@ -1,0 +1,56 @@
+"""Numbers that stand for "no value": -9999, 32767, 1e20 and their like, told from values because they stand alone;
+and heights of 0 that no climb or descent leads to.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# what sensors and file formats write where there is nothing to report
+CODES = (
+    *(-999.0, -999.9, -999.99, -9999.0, -9999.9, -9999.99, -99999.0, -999999.0, -32767.0, -32768.0, -2147483648.0),
+    *(9999.0, 99999.0, 999999.0, 9999999.0, 32767.0, 65535.0, 2147483647.0, 4294967295.0),
+)
+LEAST, MOST = max(code for code in CODES if code < 0), min(code for code in CODES if code > 0)
+ALONE = 0.2  # of its size: a code is at least this far from every value
+FASTEST_CLIMB = 150.0  # m/s: what is tracked climbs and dives more slowly
+NO_HEIGHT = -999.0, 1e19  # no height is so low or so high, so that a code shows even without others beside it
+
+
+def are_codes(value: np.ndarray, height: bool = False) -> np.ndarray:
+    """Which numbers (N,) are such codes: those of the list that lie far from all others. height: of a height."""
+    found = np.zeros(value.size, bool)
+    far = np.flatnonzero((value <= LEAST) | (value >= MOST))
+    if not far.size:
+        return found
+    found[far] = np.isin(value[far], CODES)
+    others = value[~found & np.isfinite(value)]
+    for code in np.unique(value[found]):
+        near = np.abs(others - code) < ALONE * abs(code)
+        if (not others.size or near.any()) and not (height and code <= NO_HEIGHT[0]):
+            found &= value != code
+    return found | (np.abs(value) >= NO_HEIGHT[1]) if height else found
+
+
+def zero_heights(altitude: np.ndarray, codes: np.ndarray, seconds: np.ndarray) -> np.ndarray:
+    """Which heights of exactly 0 (N,) stand for none: the target would have to leave or reach them too fast.
+
+    A run of zeros counts as one: what leads to it or away from it tells.
+    """
+    zero = altitude == 0.0
+    out = np.zeros(altitude.size, bool)
+    if not zero.any() or not (np.abs(altitude[np.isfinite(altitude)]) > 0.0).any():
+        return out
+    rows = np.flatnonzero(np.isfinite(altitude) & np.isfinite(seconds))
+    rows = rows[np.lexsort((seconds[rows], codes[rows]))]
+    height, none = altitude[rows], zero[rows]
+    same = np.diff(codes[rows]) == 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        steep = same & (np.abs(np.diff(height)) > FASTEST_CLIMB * np.maximum(np.diff(seconds[rows]), 1.0))
+    edge = np.r_[False, none[1:] != none[:-1]] | np.r_[True, ~same]
+    run = np.cumsum(edge) - 1
+    leaps = steep & (none[1:] != none[:-1])
+    bad = np.zeros(run[-1] + 1, bool)
+    bad[run[1:][leaps]] = bad[run[:-1][leaps]] = True
+    out[rows] = bad[run] & none
+    return out

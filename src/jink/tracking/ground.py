@@ -1,0 +1,65 @@
+"""The ground below which no height runs: the lowest one that was measured, less what its error may be.
+
+A target that was seen to land has no estimate below the runway because it was descending when its heights ended. The
+estimate that is lifted to the ground keeps its own sd and gains what it was lifted by, so that it claims no more than
+before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..catalogue.choose import EARTH_RADIUS
+from ..io.geodesy import SiteFrame
+from .placing import Placed
+
+SURE = 3.0  # sds below the lowest height
+HEIGHTS = ("altitude", "z")  # components that are heights; an elevation's error grows with the range
+
+
+def lowest_ground(placed: Placed, covariance: np.ndarray) -> float:
+    """The lowest height (m) that the ground may have, NaN where no height was measured."""
+    return float(np.fmin.reduce(least_heights(placed, covariance), initial=np.nan))
+
+
+def least_heights(placed: Placed, covariance: np.ndarray) -> np.ndarray:
+    """What each row says of the ground (N,): its height less what that may err by, NaN where there is none.
+
+    covariance (N, m, m) or variances (N, m) of the measurements.
+    """
+    if placed.axes < 3 or placed.components[2] not in HEIGHTS:
+        return np.full(len(placed.height), np.nan)
+    variance = covariance[:, 2] if covariance.ndim == 2 else covariance[:, 2, 2]
+    return above_earth(placed, placed.plane, placed.height) - SURE * np.sqrt(variance)
+
+
+def above_earth(placed: Placed, plane: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Heights (N,) of places in the frame; the plane of a radar with altitudes leaves the curved earth."""
+    if placed.components[0] != "range":
+        return z
+    radius = placed.frame.earth_radius if isinstance(placed.frame, SiteFrame) else EARTH_RADIUS
+    return z + (plane**2).sum(axis=1) / (2.0 * radius)
+
+
+def lifted(
+    placed: Placed, ground: float | np.ndarray, x: np.ndarray, P: np.ndarray, components: Sequence[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The estimates (N, n) and (N, n, n) with heights below the ground on it, and without a descent there.
+
+    ground (m), of all rows or of each; NaN: not known.
+    """
+    if not np.isfinite(ground).any() or "pz" not in components:
+        return x, P
+    p, v = components.index("pz"), components.index("vz")
+    plane = x[:, [components.index("px"), components.index("py")]]
+    depth = ground - above_earth(placed, plane, x[:, p])
+    rows = np.flatnonzero(depth > 0.0)
+    if not rows.size:
+        return x, P
+    x, P = x.copy(), P.copy()
+    for place, moved in ((p, depth[rows]), (v, np.maximum(-x[rows, v], 0.0))):
+        x[rows, place] += moved
+        P[rows, place, place] += moved**2
+    return x, P

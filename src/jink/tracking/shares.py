@@ -1,0 +1,102 @@
+"""Tracks of some targets of a large table, with the pace, noise and filter that hold for all of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import polars as pl
+
+from ..io.errors import InputError
+from ..io.kept import MARK
+from ..io.measurements import Measurements
+from .batch import tables_of
+from .prepare import Group, Known, Prepared, Settings, prepare
+from .stretches import pieces
+from .summary import CLEANED
+from .tally import Tally, complete, slim
+
+NEEDED = ("file", "row", "target", "part", "time", "on_ground")  # columns of measurements that tables take over
+
+
+def learned_schema(prepared: Prepared, settings: Settings, absolute: bool) -> dict[str, Any]:
+    """The columns of all tables, from the first parts of each group."""
+    schema: dict[str, Any] = {}
+    for group in prepared.groups:
+        first = next(pieces(group.placed.offsets, 1)).rows
+        some = replace(
+            group,
+            placed=group.placed.some(first),
+            covariance=None if group.covariance is None else group.covariance[first],
+        )
+        table = next(tables_of(some, settings, absolute))
+        schema |= {name: kind for name, kind in table.schema.items() if name not in schema}
+    return schema
+
+
+@dataclass
+class Shares:
+    """Tracks of one share after the other; `tally` says what was done.
+
+    known: what holds for all shares (None: as the first one shows it); schema: the columns of all tables (none: those
+    of the first one); keep: takes rejected rows; remedy: what the user can do where a share has a column of its own.
+    """
+
+    settings: Settings
+    keep: Callable[[pl.DataFrame], None]
+    remedy: str
+    known: Known | None = None
+    schema: dict[str, Any] = field(default_factory=dict)
+    tally: Tally = field(default_factory=Tally)
+
+    def tables(self, measurements: Measurements) -> Iterator[pl.DataFrame]:
+        """The tracks of a share, with the same columns in every table. Errors: InputError."""
+        absolute = measurements.absolute
+        self.tally.note(measurements.notes)
+        prepared = prepare(measurements, self.settings, self.known)
+        self.reject([*measurements.rejected, *prepared.cleaned.rejected])
+        self.tally.cleaning.update({k: v for k, v in prepared.cleaned.counts.items() if k in CLEANED})
+        if not prepared.groups:
+            return
+        if self.known is None:
+            self.known = Known.of(prepared)
+        prepared.cleaned.rows = prepared.cleaned.rows.clear()
+        groups = [replace(g, placed=replace(g.placed, rows=_needed(g.placed.rows))) for g in prepared.groups]
+        prepared.groups.clear()
+        checked: list[pl.DataFrame] = []
+        for table in self._in_order(groups, absolute):
+            table = self._aligned(table)
+            checked.append(slim(table))
+            self.tally.add(table)
+            yield table
+        self.tally.close(checked, groups, self.settings.kind)
+
+    def reject(self, frames: Sequence[pl.DataFrame]) -> None:
+        """Keep rows that are in no track."""
+        for frame in frames:
+            if frame.height:
+                whole = complete(frame)
+                self.keep(whole)
+                self.tally.refuse(whole)
+
+    def _in_order(self, groups: list[Group], absolute: bool) -> Iterator[pl.DataFrame]:
+        """Tables by target and time; parts of two and three axes are put together first."""
+        if len(groups) == 1:
+            yield from tables_of(groups[0], self.settings, absolute)
+            return
+        tables = [table for group in groups for table in tables_of(group, self.settings, absolute)]
+        yield pl.concat(tables, how="diagonal").sort("target", "time", maintain_order=True)
+
+    def _aligned(self, table: pl.DataFrame) -> pl.DataFrame:
+        if not self.schema:
+            self.schema = dict(table.schema)
+        new = [name for name in table.columns if name not in self.schema]
+        if new:
+            raise InputError(f"the column {new[0]!r} is in some tracks alone; {self.remedy}")
+        missing = [pl.lit(None, kind).alias(name) for name, kind in self.schema.items() if name not in table.columns]
+        return table.with_columns(missing).select(list(self.schema))
+
+
+def _needed(rows: pl.DataFrame) -> pl.DataFrame:
+    return rows.select(name for name in rows.columns if name in NEEDED or name.startswith(MARK))
