@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from ..archive.folder import is_archive
 from ..catalogue.registry import FILTERS
 from ..io.errors import InputError
 from ..scenarios import Scenario, by_name
@@ -50,11 +51,12 @@ def compare(
     chosen: Any = scenario
     if not isinstance(scenario, Scenario):
         text = os.fspath(scenario)
-        if os.path.isfile(text):
+        folder = is_archive(text)
+        if folder or os.path.isfile(text):
             from .recorded import race_on_file
             from .truth_file import has_truth, recorded_truth
 
-            if has_truth(text):
+            if not folder and has_truth(text):
                 from .simulated import race
 
                 source = recorded_truth(text, kind, runs, seed)
