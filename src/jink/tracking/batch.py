@@ -22,7 +22,6 @@ from ..io.errors import InputError
 from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
-from .ground import lowest_ground
 from .lag import Lag
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
@@ -261,6 +260,8 @@ def nothing_left(count: int, why: Sequence[tuple[str, int]]) -> str:
     lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in why)
     short = any(reason.startswith("fewer than") for reason, _ in why)
     hint = "\n  --min-points 1 keeps single positions, such as those of one snapshot" if short else ""
+    if any(reason.startswith("marked as not valid") for reason, _ in why):
+        hint += "\n  --no-check believes rows that are marked as not valid"
     return f"no track is left: all {count:,} rows were rejected, because:\n{lines}{hint}"
 
 
@@ -278,7 +279,6 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
         name, why = type(group.filter).__name__, group.filter.not_smoothed
         raise InputError(f"smooth: {name} cannot be smoothed: {why}")
     placed, covariance, even = group.placed, group.covariance, None
-    ground = lowest_ground(placed, group.level.covariance)
     if settings.every is not None:
         grid = resampled(placed, covariance, settings.every)
         placed, covariance, even = grid.placed, grid.covariance, grid.even
@@ -289,7 +289,7 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
         some = placed.some(piece.rows)
         if piece.part is not None:
             some = replace(some, new=np.arange(some.new.size) == 0)
-        table = tracks_table(some, estimate, absolute, ground)
+        table = tracks_table(some, estimate, absolute, group.ground)
         if even is not None:
             table = table.with_columns(even=pl.Series(even[piece.rows]))
         return table if piece.part is None else going_on.table(table, piece.rows.start == piece.part.start)
