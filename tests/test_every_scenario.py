@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import polars as pl
 import pytest
 
 from jink.cli.simulate import SimulateRequest, run_simulate
 from jink.compare.race import compare
 from jink.fit import fit
+from jink.io.errors import InputError
 from jink.learn.learning import learn
 from jink.scenarios import RADARS, SCENARIOS
 
@@ -24,6 +26,16 @@ def short(name):
     return replace(scenario, schedule=replace(scenario.schedule, count=min(SCANS, scenario.schedule.count)))
 
 
+def not_worse(found):
+    """A start that is the best stays it: the way from numbers to their scales and back rounds by some 1e-15."""
+    return found.after <= found.before + 1e-12 * abs(found.before)
+
+
+def measured_over_a_sphere(path):
+    """Altitudes of a radar are read as over a sphere and written as over a plane: the truth's z is another one."""
+    return {"range", "altitude"} <= {name.split("_")[0] for name in pl.read_parquet_schema(path)}
+
+
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_the_default_race(name):
     race = compare(short(name), runs=2)
@@ -34,12 +46,16 @@ def test_the_default_race(name):
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_the_default_fit(name):
     found = fit(short(name), runs=20, check_runs=2, **SMALL)
-    assert found.after <= found.before and "fitted" in found.race.tallies
+    assert not_worse(found) and "fitted" in found.race.tallies
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_learning(name):
-    """A network aid, whose default needs no more than positions and their truth."""
+    """A network aid, whose default needs no more than positions and their truth; a radar's plots are refused."""
+    if not SCENARIOS[name].observation.sensor.cartesian:
+        with pytest.raises(InputError, match="expected measured positions for a learned filter"):
+            learn("nn-kf", short(name), runs=8, check_runs=2, **QUICK)
+        return
     learned = learn("nn-kf", short(name), runs=8, check_runs=2, **QUICK)
     assert math.isfinite(learned.race.figure("learned", "position_rmse").value)
 
@@ -58,8 +74,9 @@ def simulated(request, tmp_path_factory):
 def test_a_file_of_every_sensor(simulated):
     race = compare(simulated, runs=4)
     assert math.isfinite(race.figure("imm", "position_rmse").value)
-    for truth in (None, "true"):
-        found = fit(simulated, truth=truth, **SMALL)
-        assert found.after <= found.before
+    assert not_worse(fit(simulated, **SMALL))
+    if measured_over_a_sphere(simulated):
+        return
+    assert not_worse(fit(simulated, truth="true", **SMALL))
     learned = learn("nn-kf", simulated, **QUICK)
     assert math.isfinite(learned.race.figure("learned", "position_rmse").value)
