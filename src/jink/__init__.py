@@ -162,7 +162,7 @@ _HOME = {
 
 
 # Packages that `import jink` alone makes reachable.
-_ROOMS = ("compare", "fit", "learn", "metrics", "scenarios")
+_ROOMS = ("compare", "fit", "interop", "learn", "metrics", "scenarios")
 
 
 def __getattr__(name: str) -> Any:

@@ -1,5 +1,6 @@
 """The scripts of a user, whose types `make lint` checks strictly, do what they say."""
 
+from pathlib import Path
 from typing import get_args
 
 import user_script
@@ -14,7 +15,7 @@ def test_the_users_script_runs():
     assert set(user_script.main()) == {"kalman", "imm"}
 
 
-def test_tracks_races_and_live_targets(tmp_path):
+def test_tracks_races_and_live_targets(tmp_path: Path) -> None:
     for page in user_script_tracks.main(tmp_path):
         assert page.stat().st_size > 50_000
 

@@ -260,6 +260,8 @@ def nothing_left(count: int, why: Sequence[tuple[str, int]]) -> str:
     lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in why)
     short = any(reason.startswith("fewer than") for reason, _ in why)
     hint = "\n  --min-points 1 keeps single positions, such as those of one snapshot" if short else ""
+    if any(reason.startswith("marked as not valid") for reason, _ in why):
+        hint += "\n  --no-check believes rows that are marked as not valid"
     return f"no track is left: all {count:,} rows were rejected, because:\n{lines}{hint}"
 
 

@@ -15,6 +15,7 @@ from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
 from ..io.stages import stage
 from ..io.units import ANGLE, LENGTH, SPEED, TIME
+from . import seen_by_radar
 from .cleaning import changes
 from .lasting import FIGURES, kept, lasting_errors, said
 from .placing import Placed
@@ -155,6 +156,15 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str, known_level: N
         covariance[:, 2, 2] = sd["altitude_sd"] ** 2
     if "cov_ee" in placed.rows.columns:
         sd["position_sd"] = _as_placed(placed, covariance, sd["position_sd"])
+    radar = seen_by_radar.covariances(placed, measured, starts, group, of_source.size, given)
+    if radar is not None:
+        covariance[measured, :2, :2] = radar[0][measured]
+        for number, line in enumerate(lines):
+            for name, each in zip(("range", "azimuth"), radar[1:], strict=True):
+                line[f"{name}_sd"] = float(np.median(each[of_source == number]))
+                line[f"{name}_sd_from"] = "given" if name in given else "estimated"
+        sd["position_sd"] = np.sqrt(0.5 * (covariance[:, 0, 0] + covariance[:, 1, 1]))
+        kept_errors = None
     if kept_errors is not None:
         kept_errors[sd["position_sd"] != estimated] = 0.0  # of rows whose accuracy is stated
     typical = _typical(sd, {"position": "position_sd", "altitude": "altitude_sd"})

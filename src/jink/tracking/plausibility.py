@@ -15,6 +15,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.targets import KINDS, Kind
+from ..io.stages import stage
 from .correlated import correlated_errors
 from .several import FACTOR, several_targets
 from .slant import slant_height
@@ -79,6 +80,7 @@ class Seen:
     scored: int
 
     @classmethod
+    @stage("check")
     def of(cls, tracks: pl.DataFrame, kind: str) -> Seen:
         """Of a table of tracks."""
         targets = _by_target(tracks, KINDS[kind]).join(
@@ -104,12 +106,13 @@ class Seen:
         )
 
 
+@stage("check")
 def findings(seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency: dict[str, float]) -> Any:
     """All findings of a run, and whether nothing plausible is left: every target is fatally wrong."""
     targets = seen.targets
     found = [
         *_motion(targets, kind),
-        *_rejections(targets, seen.shared),
+        *_rejections(targets, seen.shared, sum("range_sd" in line for line in noise)),
         *_stillness(targets),
         *_noise(noise, targets),
         *_times(seen),
@@ -238,8 +241,10 @@ def _suspect() -> pl.Expr:
     return _often_rejected() | (pl.col("jumps") > JUMPS)
 
 
-def _rejections(targets: pl.DataFrame, shared: dict[str, int]) -> Iterator[Finding]:
-    """Targets whose positions the filter does not believe, told apart by whether several targets share a name."""
+def _rejections(targets: pl.DataFrame, shared: dict[str, int], radars: int) -> Iterator[Finding]:
+    """Targets whose positions the filter does not believe, told apart by whether several targets share a name; radars:
+    how many sources of ranges are taken to stand at one place.
+    """
     suspect = targets.filter(_suspect())
     bad = suspect.filter(_often_rejected() | pl.col("target").is_in(list(shared))).with_columns(
         (pl.col("rejected") > HOPELESS * pl.col("measured")).alias("hopeless")
@@ -257,6 +262,9 @@ def _rejections(targets: pl.DataFrame, shared: dict[str, int]) -> Iterator[Findi
                 )
                 likely = f"{most} targets under one name"
                 mend = "--columns target=NAME takes another identifier"
+                if radars > 1:
+                    likely = f"radars that stand at different places ({radars} sources), or {likely}"
+                    mend = f"--site NAME=LAT,LON gives each radar its place; {mend}"
             else:
                 what = f"{100 * share:.0f} % of the positions are not where the track can be"
                 likely = (
