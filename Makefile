@@ -1,4 +1,4 @@
-# make install | demo | test | lint | dev | bench | docs | fit-demo | clean
+# make install | demo | test | lint | dev | bench | audit | docs | fit-demo | clean
 # LEVELS: native builds the engine for this machine alone; all, or "v2 v3", for others (x86-64 levels)
 PYTHON ?= python3
 ifneq ($(filter bench,$(MAKECMDGOALS)),)  # races the levels against one another
@@ -16,7 +16,7 @@ PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
 CORE := $(shell find core -name '*.?pp')
 RUN := $(ENGINE) $(VENV)/.with-track$(comma)report
 
-.PHONY: install demo test test-aarch64 sanitize lint dev bench docs fit-demo clean toolchain
+.PHONY: audit install demo test test-aarch64 sanitize lint dev bench docs fit-demo clean toolchain
 
 install: $(RUN)
 
@@ -41,6 +41,13 @@ lint: dev
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell
 	$(BIN)/pyright
+
+# licences of all that jink[all] brings, and known faults of it
+audit: $(VENV)/.with-all
+	@$(PIP) packaging
+	@$(PIP) pip-audit || true
+	$(BIN)/python scripts/licences.py
+	$(BIN)/python scripts/known_faults.py
 
 bench: $(ENGINE) $(VENV)/.with-bench
 	$(BIN)/python -m benchmarks.run $(BENCH)

@@ -62,6 +62,8 @@ def test_track_writes_harmless_cells(tmp_path, monkeypatch, suffix, memory):
 
 def test_simulate_writes_harmless_cells(tmp_path):
     for name in ("lee-2003", "sky-regional"):
+        assert run("simulate", name, "--runs", 1, "-o", tmp_path / "s.csv.gz").exit_code == 0
+        assert gzip.decompress((tmp_path / "s.csv.gz").read_bytes()).count(b"\n") > 100
         out = tmp_path / "s.csv"
         assert run("simulate", name, "--runs", 1, "-o", out, "--safe-csv").exit_code == 0
         table = pl.read_csv(out)

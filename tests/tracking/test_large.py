@@ -174,3 +174,16 @@ def test_what_memory_may_be():
     for wrong in ("much", "2XB", "-1GB", "10MB", "nan", ""):
         with pytest.raises(ValueError, match="--memory is"):
             memory_of(wrong)
+
+
+@pytest.mark.parametrize("option", [("--report", "t.html"), ("-o", "-"), ("--every", "1s", "-o", "t.csv")])
+def test_what_is_needed_whole_is_refused_before_it_is_read(tmp_path, monkeypatch, option):
+    """Where --memory was given and does not suffice; the default bound only decides how a table is tracked."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("jink.tracking.large.PER_ROW", 10**8)
+    pl.DataFrame({"target": "a", "time": range(40), "x": [200.0 * k for k in range(40)], "y": 0.0}).write_csv("in.csv")
+    refused = CliRunner(env={"COLUMNS": "400"}).invoke(app, ["track", "in.csv", *option, "--memory", "2GB"])
+    assert refused.exit_code == 2 and "takes about 4." in refused.output and "allows 2.0 GB" in refused.output
+    assert [entry.name for entry in tmp_path.iterdir()] == ["in.csv"]
+    enough = CliRunner().invoke(app, ["track", "in.csv", *option, "--memory", "9GB"])
+    assert enough.exit_code == 0, enough.output

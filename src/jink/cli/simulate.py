@@ -95,7 +95,7 @@ def _run(request: SimulateRequest) -> int:
 def _run_sky(request: SimulateRequest, output: Path, file_format: str, began: float) -> int:
     """Plots without identity, and what was there in a table beside them: `sky.parquet`, `sky.truth.parquet`."""
     from ..io.spreadsheets import harmless
-    from ..io.writing import atomically, write_tracks
+    from ..io.writing import atomically, compress, write_tracks
     from ..scenarios.skies import sky_called
     from ..scenarios.table import sky_tables
 
@@ -106,6 +106,8 @@ def _run_sky(request: SimulateRequest, output: Path, file_format: str, began: fl
     beside = output.with_name(f"{output.name.removesuffix(''.join(output.suffixes))}.truth.parquet")
     with atomically(output, beside) as (first, second):
         write_tracks(harmless(plots) if request.safe_csv else plots, first, file_format)
+        if output.suffix == ".gz":
+            compress(first, file_format)
         truth.write_parquet(second)
     done = {
         "scenario": sky.name,
@@ -159,7 +161,7 @@ def _write(scenario: Any, request: SimulateRequest, output: Path, file_format: s
             del first
             _join(pl.scan_parquet(sorted(Path(folder).iterdir())), temporary, file_format)
         if output.suffix == ".gz":
-            compress(temporary)
+            compress(temporary, file_format)
     return rows
 
 

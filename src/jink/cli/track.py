@@ -540,6 +540,8 @@ def _run_files(request: TrackRequest, ledger: Any = None) -> int:
     from ..io.files import expand, name_of
     from ..io.spreadsheets import check_is_csv
     from ..io.writing import check_apart, check_writable, format_of
+    from ..tracking.large import check_whole
+    from ..tracking.large_files import memory_of
 
     began = clock.perf_counter()
     if request.quiet and not (request.output or request.report or request.json):
@@ -562,6 +564,8 @@ def _run_files(request: TrackRequest, ledger: Any = None) -> int:
     with _progress(request) as progress:
         done = _large(request, reading, settings, anonymous, output, kind, progress)
         if done is None:
+            if request.memory is not None:
+                check_whole(request.inputs, memory_of(request.memory))
             tracked, written = _in_memory(request, reading, settings, anonymous, output, kind, progress)
         else:
             tracked, written = done
@@ -634,7 +638,7 @@ def _answer(tracked: Any, quiet: bool) -> None:
 def _write(tracked: Any, output: Path | None, kind: str, request: TrackRequest, progress: Any) -> list[Path]:
     """All files or none: written under other names first, then renamed."""
     from ..io.spreadsheets import harmless
-    from ..io.writing import atomically, compress, write_tracks
+    from ..io.writing import atomically, write_packed, write_tracks
 
     report = Path(request.report) if request.report else None
     wanted = [path for path in (output, report) if path]
@@ -646,9 +650,11 @@ def _write(tracked: Any, output: Path | None, kind: str, request: TrackRequest, 
         for number, (path, name) in enumerate(zip(wanted, temporary, strict=True)):
             progress("writing", number, len(wanted))
             if path is output:
-                write_tracks(harmless(tracked.tracks) if request.safe_csv else tracked.tracks, name, kind)
+                tracks = harmless(tracked.tracks) if request.safe_csv else tracked.tracks
                 if path.suffix == ".gz":
-                    compress(name)
+                    write_packed(tracks, name, kind)
+                else:
+                    write_tracks(tracks, name, kind)
             elif path is report:
                 from ..report import write_report
 

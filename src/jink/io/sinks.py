@@ -27,7 +27,7 @@ def check_streamed(path: Path, kind: str) -> None:
 def write_stream(tables: Iterator[pl.DataFrame], path: Path, kind: str, *, packed: bool = False) -> None:
     """Write tables of the same columns to `path`; what `tables` raises is raised."""
     if kind in ("csv", "jsonl"):
-        with path.open("wb") as handle, maybe_packed(handle, packed) as out:
+        with path.open("wb") as handle, maybe_packed(handle, packed, kind) as out:
             for number, table in enumerate(tables):
                 plain = plain_times(table)
                 if kind == "csv":

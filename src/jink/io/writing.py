@@ -14,6 +14,7 @@ import polars as pl
 from .errors import InputError
 from .map_writing import write_gpx, write_kml
 from .packing import compress as compress
+from .packing import maybe_packed
 from .stages import stage
 from .temporary import atomically as atomically
 
@@ -94,6 +95,13 @@ def write_tracks(tracks: pl.DataFrame, path: Path | IO[bytes], kind: str) -> Non
         return
     with path.open("wb") as handle:
         writers[kind](tracks, handle)
+
+
+@stage("write")
+def write_packed(tracks: pl.DataFrame, path: Path, kind: str) -> None:
+    """The same as a gzip file."""
+    with path.open("wb") as handle, maybe_packed(handle, True, kind) as out:
+        write_tracks(tracks, out, kind)
 
 
 def write_parquet(frame: pl.DataFrame, handle: IO[bytes]) -> None:

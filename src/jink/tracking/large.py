@@ -33,7 +33,23 @@ Progress = Callable[[str, int, int], None]
 
 def fits(inputs: Sequence[str | Path], memory: int) -> bool:
     """Whether all files together can be tracked in so many bytes of memory."""
-    return FIXED + PER_ROW * sum(map(row_count, expand(inputs))) <= memory
+    return taken(inputs) <= memory
+
+
+def taken(inputs: Sequence[str | Path]) -> int:
+    """About how many bytes of memory it takes to track all files together; known before they are read."""
+    return FIXED + PER_ROW * sum(map(row_count, expand(inputs)))
+
+
+def check_whole(inputs: Sequence[str | Path], memory: int) -> None:
+    """Errors: InputError where a table has to be read whole and that takes more memory than was allowed."""
+    wanted = taken(inputs)
+    if wanted > memory:
+        raise InputError(
+            f"the table takes about {wanted / 1e9:.1f} GB of memory and --memory allows {memory / 1e9:.1f} GB; it is "
+            "needed whole for --report, -o -, --every, several sites, plots without identity, and formats other than "
+            "Parquet, Arrow, CSV and JSON Lines"
+        )
 
 
 @dataclass
