@@ -128,3 +128,12 @@ def test_two_processes_write_the_same_bytes_as_one(tmp_path):
     track(*hours, "-o", f"{tmp_path}/one/", *SAME)
     track(*hours, "-o", f"{tmp_path}/two/", "--threads", 2)
     assert hashes(tmp_path / "one") == hashes(tmp_path / "two")
+
+
+def test_pieces_of_which_one_is_on_the_ground(tmp_path, monkeypatch):
+    table = flights().with_columns(on_ground=pl.int_range(pl.len()) > pl.len() - 40)
+    monkeypatch.setattr(run, "LEAST_PIECE", 250)
+    monkeypatch.setattr(run, "PER_ROW", 10**9)
+    summary = track(*in_files(tmp_path, table, 1), "-o", f"{tmp_path}/tracks/", *SAME)
+    assert summary["accepted"] > 2000
+    assert all_rows(tmp_path / "tracks")["on_ground"].any()

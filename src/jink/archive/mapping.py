@@ -23,6 +23,8 @@ from .errors import Stopped
 from .hashing import bucket_of
 from .job import Job
 
+SOMETIMES = ("on_ground",)  # columns that measurements have where a row is so
+
 
 def map_file(job: Job, number: int) -> dict[str, Any]:
     """Divide one file; what `names.mapped` says of it. A file that cannot be read says why. Errors: Stopped."""
@@ -77,6 +79,9 @@ def _pieces(job: Job, source: Source) -> Iterator[tuple[Measurements, int]]:
     first: Measurements | None = None
     for frame, bad in source.pieced.read(source.wanted):
         part = source.opened.measured(source.typed(frame), some=True)
+        # all pieces have the columns that some have where a row says so
+        missing = [name for name in SOMETIMES if name in source.opened.columns.roles and name not in part.rows.columns]
+        part.rows = part.rows.with_columns(pl.lit(False).alias(name) for name in missing)
         part.rejected.append(bad.with_columns(file=pl.lit(source.opened.file)))
         first = first or replace(part, rows=part.rows.clear(), rejected=[])
         check_alike(first, part, (same_kind(first.notes), same_kind(part.notes)))
@@ -101,7 +106,9 @@ def _write(job: Job, number: int, begun: list[Any], rest: Iterator[Any], said: d
         if writer is None:
             schema = table.schema
             writer = pa.ipc.new_file(handle, schema, options=options)
-        elif table.schema != schema:
+        elif set(table.column_names) == set(schema.names):
+            table = table.select(schema.names)
+        if table.schema != schema:
             raise InputError(f"{said['file']}: its parts have different columns: {_both(schema, table.schema)}")
         part["slices"], start = {}, 0
         for bucket, size in sizes.iter_rows():
