@@ -1,4 +1,4 @@
-# make install | demo | test | lint | dev | bench | audit | fit-demo | clean
+# make install | demo | test | lint | dev | bench | audit | docs | fit-demo | clean
 # LEVELS: native builds the engine for this machine alone; all, or "v2 v3", for others (x86-64 levels)
 PYTHON ?= python3
 ifneq ($(filter bench,$(MAKECMDGOALS)),)  # races the levels against one another
@@ -16,7 +16,7 @@ PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
 CORE := $(shell find core -name '*.?pp')
 RUN := $(ENGINE) $(VENV)/.with-track$(comma)report
 
-.PHONY: audit install demo test test-aarch64 sanitize lint dev bench fit-demo clean toolchain
+.PHONY: audit install demo test test-aarch64 sanitize lint dev bench docs fit-demo clean toolchain
 
 install: $(RUN)
 
@@ -51,6 +51,10 @@ audit: $(VENV)/.with-all
 
 bench: $(ENGINE) $(VENV)/.with-bench
 	$(BIN)/python -m benchmarks.run $(BENCH)
+
+# the documentation as a site: build/site/README.html
+docs: $(VENV)/.with-docs
+	$(BIN)/python scripts/make_docs.py
 
 fit-demo: $(ENGINE) $(VENV)/.with-track$(comma)report$(comma)fit
 	$(BIN)/jink fit examples/flights.parquet --starts 1 --minutes 0.4 -o fitted.json --report fitted.html

@@ -186,11 +186,12 @@ def main() -> None:
             peaks = ", ".join(f"{peak / 1e9:.2f}" for peak in done["peaks"])
             made = sum(path.stat().st_size for path in output.rglob("bucket=*/*"))
             slices = sum(path.stat().st_size for path in output.rglob(".jink/map/*"))
+            count, cpu = done["rows"], done["cpu"]
+            print(f"{count:,} rows: {size / 1e9:.2f} GB in, {slices / 1e9:.2f} GB slices, {made / 1e9:.2f} GB out")
+            print(f"  wall {done['wall']:.1f} s, divided after {done['stages']['map']:.1f} s; CPU {cpu:.1f} s")
+            print(f"  {cpu / count * 1e6:.2f} us of CPU a row, {done['map_cpu'] / count * 1e6:.2f} of it to divide")
             print(
-                f"{done['rows']:>12,} rows, {size / 1e9:.2f} GB in, {slices / 1e9:.2f} GB slices, {made / 1e9:.2f} GB out: "
-                f"wall {done['wall']:.1f} s (divided after {done['stages']['map']:.1f} s), CPU {done['cpu']:.1f} s; "
-                f"{done['cpu'] / done['rows'] * 1e6:.2f} us of CPU a row, {done['map_cpu'] / done['rows'] * 1e6:.2f} of it "
-                f"to divide; wall times {cores} cores {done['wall'] * cores / done['rows'] * 1e6:.2f} us; peaks {peaks} GB",
+                f"  wall times {cores} cores {done['wall'] * cores / count * 1e6:.2f} us a row; peaks {peaks} GB",
                 flush=True,
             )
             if options.kills:

@@ -15,6 +15,7 @@ import numpy as np
 
 from . import peers, race, reference
 from .cases import Case, regular
+from .peers import many
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,18 @@ def run_peers(size: Size, keys: tuple[str, ...] = peers.PEERS) -> dict[str, Any]
     for name in peers.JOBS:
         out[name] = _race_peers(name, cases[name], getattr(engine, name), modules, size)
     return out
+
+
+def run_skies(size: Size) -> dict[str, Any]:
+    """Trackers of many targets on whole skies: sky → library → GOSPA and milliseconds per scan, and versions."""
+    from . import sky_race
+
+    tiny = size is TINY
+    skies = list(sky_race.SKIES_OF_RACE)[: 1 if tiny else None]
+    names = [] if tiny else list(many.PEERS)
+    seconds = sky_race.SECONDS if size is FULL else 5.0
+    results, versions = sky_race.measure(skies, names, 17, size is not FULL, seconds)
+    return {"skies": results, "versions": versions}
 
 
 def run_fresh(size: Size) -> dict[str, Any]:
@@ -207,6 +220,7 @@ def main(arguments: list[str] | None = None) -> int:
             "gradients",
             "ratios",
             "peers",
+            "skies",
             "fresh",
             "threads",
             "memory",
@@ -228,6 +242,7 @@ def main(arguments: list[str] | None = None) -> int:
             "gradients": run_gradients,
             "ratios": run_ratios,
             "peers": run_peers,
+            "skies": run_skies,
             "fresh": run_fresh,
             "threads": run_threads,
             "learning": run_learning,

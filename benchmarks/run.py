@@ -17,7 +17,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from . import adaptive_targets, commands, gradients, learning, ratios, stages, table, targets
+from . import adaptive_targets, commands, gradients, learning, ratios, sky_race, stages, table, targets
 
 ROOT = Path(__file__).resolve().parents[1]
 POOLS = (
@@ -34,6 +34,7 @@ TASKS = (
     "learning",
     "gradients",
     "peers",
+    "skies",
     "fresh",
     "threads",
     "memory",
@@ -58,6 +59,7 @@ def measure(chosen: tuple[str, ...], quick: bool) -> dict[str, Any]:
         "learning": lambda: {"learning": _attempt("learning", size, **KEPT)},
         "gradients": lambda: {"gradients": _attempt("gradients", size, **KEPT)},
         "peers": lambda: {"peers": _attempt("peers", size, **KEPT)},
+        "skies": lambda: {"skies": _attempt("skies", size)},
         "fresh": lambda: {"fresh": _attempt("fresh", size)},
         "threads": lambda: {"threads": _attempt("threads", size, **KEPT)},
         "memory": lambda: {
@@ -117,9 +119,10 @@ def main(arguments: list[str] | None = None) -> int:
     if options.only != TASKS:
         rows = [row for row in rows if row.measured != "not measured" and "(not run)" not in row.measured]
     size = "quick: indicative only" if options.quick else "full"
-    text = table.part(
-        facts, size, [*table.target_table(rows), "", "### Peers", "", *table.peer_table(results.get("peers", {}))], rows
-    )
+    body = [*table.target_table(rows), "", "### Peers", "", *table.peer_table(results.get("peers", {}))]
+    if "skies" in results.get("skies", {}):
+        body += ["", "### Many targets", "", *sky_race.table_of(**results["skies"])]
+    text = table.part(facts, size, body, rows)
     print(text)
     output = options.output
     if output is None and not options.quick and options.only == TASKS:

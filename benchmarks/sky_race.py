@@ -9,8 +9,10 @@ import argparse
 import json
 import math
 import statistics
+import sys
 import time
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -98,10 +100,10 @@ def _rms(squares: Any) -> float:
     return math.sqrt(statistics.fmean(squares))
 
 
-def table_of(results: dict[str, dict[str, dict[str, Any]]], versions: dict[str, str]) -> list[str]:
+def table_of(skies: dict[str, dict[str, dict[str, Any]]], versions: dict[str, str]) -> list[str]:
     """A Markdown table: a row per sky and library, and what jink did not win."""
     cells, lost = [], []
-    for sky, found in results.items():
+    for sky, found in skies.items():
         for label, f in found.items():
             ratio = "" if label == OURS else f"{f['gospa ratio']:.2f}"
             times = "" if label == OURS else f"{f['time ratio']:,.0f}"
@@ -116,8 +118,15 @@ def table_of(results: dict[str, dict[str, dict[str, Any]]], versions: dict[str, 
     return [*markdown(head, cells), "", said, "", *(lost or ["jink has the best GOSPA on every sky"])]
 
 
-def measure(chosen: list[str], names: list[str], seed: int, quick: bool, budget: float) -> tuple[Any, dict[str, str]]:
-    """All chosen skies; libraries that are not installed are named with the reason."""
+def measure(
+    chosen: list[str],
+    names: list[str],
+    seed: int,
+    quick: bool,
+    budget: float,
+    show: Callable[[str, Any], None] | None = None,
+) -> tuple[Any, dict[str, str]]:
+    """All chosen skies, each shown when it is done; libraries that are not installed are named with the reason."""
     loaded = {name: many.load(name) for name in names}
     peers = {name: module for name, (module, _) in loaded.items() if module is not None}
     results = {}
@@ -125,6 +134,8 @@ def measure(chosen: list[str], names: list[str], seed: int, quick: bool, budget:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             results[sky] = race(sky, peers, seed, quick, budget)
+        if show:
+            show(sky, results[sky])
     return results, {name: version for name, (_, version) in loaded.items()}
 
 
@@ -138,7 +149,11 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=SECONDS, help="of CPU for each library on each sky")
     parser.add_argument("--json")
     given = parser.parse_args()
-    results, versions = measure(given.only, given.peers, given.seed, given.quick, given.seconds)
+
+    def show(sky: str, found: Any) -> None:
+        print("\n".join(table_of({sky: found}, {})), file=sys.stderr, flush=True)
+
+    results, versions = measure(given.only, given.peers, given.seed, given.quick, given.seconds, show)
     print("\n".join(table_of(results, versions)))
     if given.json:
         with open(given.json, "w", encoding="utf-8") as file:

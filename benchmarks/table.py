@@ -109,6 +109,8 @@ HOW = """\
 - Memory is the growth of the process's peak resident size during one call, plus the inputs, over inputs and
   outputs.
 - Threads are timed by the wall clock; of 40 rounds the quicker half counts, the one other processes disturb less.
+- Trackers of many targets get the same plots, the sensor's true figures and 60 s of processor time on each sky. What a
+  library did in that time is compared with jink on the same scans. Positions are compared by GOSPA.
 - Trainings run alone on all cores, the quickest of three rounds; what counts is processor time, which other work on the
   machine does not add to and the wall clock on two idle cores does not exceed.
 - Ratios are of calls side by side in one process on one core, with memory as the system gives it; the stages of

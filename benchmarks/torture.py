@@ -29,7 +29,7 @@ from jink.catalogue.targets import KINDS
 from jink.models.outliers import Outliers
 from jink.models.start import Prior
 
-from .torture_checks import MUST_BE_NONE, checked
+from .torture_checks import MUST_BE_NONE, checked, lost
 from .torture_data import SENSORS, Rows, hostile
 
 SDS = (1e-6, 1e-3, 1.0, 25.0, 1e3, 1e6)
@@ -86,7 +86,9 @@ def run(case: Case) -> Found:
         more = {"initial": _prior(filter)} if case.sensor == "bearing" else {}
         verbs = {"filter": filter.filter} | ({} if filter.not_smoothed else {"smooth": filter.smooth})
         for verb, call in verbs.items():
-            found = checked(call(**rows.batch(), **more, threads=1, outputs=OUTPUTS), len(rows.z), tracks)
+            estimate = call(**rows.batch(), **more, threads=1, outputs=OUTPUTS)
+            found = checked(estimate, len(rows.z))
+            found["lost"] += _lost(filter, estimate.status, rows.time, tracks)
             _note(found, f"{name} {verb} sd {sd:g} step {step:g}", total, offenders)
         if tracks > 1:
             found = live(filter, rows, tracks, more.get("initial"))
@@ -99,6 +101,10 @@ def _note(found: Counter[str], name: str, total: Counter[str], offenders: list[s
     bad = {what: found[what] for what in MUST_BE_NONE if found[what]}
     if bad:
         offenders.append(f"{name}: {bad}")
+
+
+def _lost(filter: Any, status: Any, time: np.ndarray, tracks: int) -> int:
+    return lost(np.reshape(status, (tracks, -1)), time.reshape(tracks, -1), getattr(filter, "coast", None))
 
 
 def _prior(filter: Any) -> Prior:
@@ -114,15 +120,19 @@ def live(filter: Any, rows: Rows, tracks: int, prior: Prior | None) -> Counter[s
     first, second, total = filter.start(tracks, lag=lag), filter.start(tracks, lag=lag), Counter[str]()
     for track in range(tracks if prior is not None else 0):
         first.begin(track, np.asarray(prior.x), np.asarray(prior.P), float(time[track, 0]))
+    statuses = []
     for scan in range(scans):
         if scan == scans // 2:
             second.restore(first.save())
         one = first.update(time[:, scan], z[:, scan])
-        total.update(checked(one, tracks, tracks))
+        total.update(checked(one, tracks))
+        statuses.append(np.asarray(one.status))
         if scan >= scans // 2:  # what the lag looks back over is not part of a saved state
             two = second.update(time[:, scan], z[:, scan])
             same = [np.array_equal(one.results[k], two.results[k], equal_nan=True) for k in one.results]
             total["restored otherwise"] += 0 if all(same) or scan < scans // 2 + lag else tracks
+    if not lag:  # else estimates are of scans before
+        total["lost"] += _lost(filter, np.stack(statuses, axis=1), time, tracks)
     return total
 
 

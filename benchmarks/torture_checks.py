@@ -7,19 +7,18 @@ from typing import Any
 
 import numpy as np
 
+from jink.estimate import Status
+
 MUST_BE_NONE = ("non-finite", "indefinite", "off one", "lost", "restored otherwise")
 ROUNDING = 1e-12  # of a correlation matrix's smallest eigenvalue, as tests/support/subjects.py has it
 OFF_ONE = 1e-9
 
 
-def checked(estimate: Any, rows: int, tracks: int) -> Counter[str]:
-    """Counts of one estimate of so many tracks of equal length."""
-    status = np.asarray(estimate.status).reshape(tracks, -1)
-    there = status > 0
-    found = Counter(updates=int(rows), lost=int(_lost(there).sum()))
-    if status.size != rows or len(estimate.x) != rows:
-        found["lost"] += abs(rows - status.size)
-    at = there.reshape(-1)
+def checked(estimate: Any, rows: int) -> Counter[str]:
+    """Counts of the rows of one estimate."""
+    status = np.asarray(estimate.status).reshape(-1)
+    found = Counter(updates=int(rows), lost=abs(rows - status.size) + abs(rows - len(estimate.x)))
+    at = status > 0
     x, P, mu = estimate.x[at], estimate.P[at], estimate.mode_probability[at]
     finite = np.isfinite(x).all(axis=1) & np.isfinite(P).all(axis=(1, 2))
     if "log_likelihood_scan" in estimate.results:
@@ -31,9 +30,17 @@ def checked(estimate: Any, rows: int, tracks: int) -> Counter[str]:
     return found
 
 
-def _lost(there: np.ndarray) -> np.ndarray:
-    """Rows without an estimate after their track's start."""
-    return np.maximum.accumulate(there, axis=1) & ~there
+def lost(status: np.ndarray, time: np.ndarray, coast: float | None) -> int:
+    """Rows without an estimate after their track's start, (tracks, scans) each.
+
+    A filter with ``coast`` drops a track so many seconds after the last row that it believed, as documented: such rows
+    are not lost.
+    """
+    there = status > 0
+    missing = np.maximum.accumulate(there, axis=1) & ~there
+    believed = there & ~np.isin(status, (Status.predicted, Status.gated))
+    last = np.maximum.accumulate(np.where(believed, time, -np.inf), axis=1)
+    return int((missing & (time - last <= (coast or np.inf))).sum())
 
 
 def indefinite(P: np.ndarray) -> int:

@@ -22,6 +22,7 @@ from benchmarks import (
     race,
     ratios,
     reference,
+    sky_race,
     stages,
     table,
     targets,
@@ -35,6 +36,7 @@ def results() -> dict:
         "v4": child.run_engine(child.TINY),
         "fresh": child.run_fresh(child.TINY),
         "peers": child.run_peers(child.TINY, keys=()),
+        "skies": child.run_skies(child.TINY),
         "threads": child.run_threads(child.TINY),
         "memory, states": child.run_memory(child.TINY, "STATES"),
         "memory, everything": child.run_memory(child.TINY, "EVERYTHING"),
@@ -182,3 +184,16 @@ def test_gradients_are_a_row_and_its_value_is_the_filters():
     row = gradients.rows({"gradients": child.run_gradients(child.TINY)})[0]
     assert "ms" in row.measured and row.reached is not None
     assert "not run" in gradients.rows({})[0].measured
+
+
+def test_the_race_on_whole_skies_is_a_table(results):
+    text = "\n".join(sky_race.table_of(**results["skies"]))
+    assert "| sky-crossing | jink" in text
+
+
+def test_a_lost_race_on_a_sky_is_said():
+    found = {"jink": {"gospa": 2.0, "ms": 1.0, "scans": 3}}
+    found["Stone Soup, GNN"] = {"gospa": 1.8, "gospa ratio": 0.9, "ms": 500.0, "time ratio": 500.0, "scans": 3}
+    text = "\n".join(sky_race.table_of({"sky-regional": found}, {"stonesoup": "1.9"}))
+    assert "MISS sky-regional: Stone Soup, GNN has the better GOSPA, 0.900 of jink's" in text
+    assert "takes 500 × jink's time, wanted 1000" in text

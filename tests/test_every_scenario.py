@@ -7,12 +7,16 @@ from dataclasses import replace
 
 import pytest
 
+from jink.cli.simulate import SimulateRequest, run_simulate
 from jink.compare.race import compare
 from jink.fit import fit
+from jink.learn.learning import learn
 from jink.scenarios import RADARS, SCENARIOS
 
 SCANS = 40  # of a shortened scenario
-SENSORS = ("position", "position-velocity", *RADARS)
+SMALL = {"starts": 1, "minutes": 0.02}
+QUICK = {"epochs": 2}
+SENSORS = ("25", *RADARS)
 
 
 def short(name):
@@ -29,5 +33,33 @@ def test_the_default_race(name):
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_the_default_fit(name):
-    found = fit(short(name), runs=20, check_runs=2, starts=1, minutes=0.02)
+    found = fit(short(name), runs=20, check_runs=2, **SMALL)
     assert found.after <= found.before and "fitted" in found.race.tallies
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_learning(name):
+    """A network aid, whose default needs no more than positions and their truth."""
+    learned = learn("nn-kf", short(name), runs=8, check_runs=2, **QUICK)
+    assert math.isfinite(learned.race.figure("learned", "position_rmse").value)
+
+
+@pytest.fixture(scope="module", params=SENSORS)
+def simulated(request, tmp_path_factory):
+    """Runs with their truth, as jink simulate writes them."""
+    path = tmp_path_factory.mktemp("every") / "runs.parquet"
+    wanted = SimulateRequest(
+        name="benchmark-2", runs=8, output=str(path), sensor=request.param, interval=4.0, quiet=True
+    )
+    assert run_simulate(wanted) == 0
+    return str(path)
+
+
+def test_a_file_of_every_sensor(simulated):
+    race = compare(simulated, runs=4)
+    assert math.isfinite(race.figure("imm", "position_rmse").value)
+    for truth in (None, "true"):
+        found = fit(simulated, truth=truth, **SMALL)
+        assert found.after <= found.before
+    learned = learn("nn-kf", simulated, **QUICK)
+    assert math.isfinite(learned.race.figure("learned", "position_rmse").value)

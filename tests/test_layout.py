@@ -15,7 +15,7 @@ FLOORS = (
     ("metrics", "stepwise"),
     ("filters",),
     ("association", "catalogue"),
-    ("tracking",),
+    ("tracking", "interop"),
     ("archive",),
     ("scenarios",),
     ("compare",),

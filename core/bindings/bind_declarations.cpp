@@ -41,7 +41,7 @@ void bind_enumerations(nb::module_ &module) {
                              {"polar", SensorKind::polar}});
     enumeration<Vertical>(module, "Vertical", "What a polar sensor measures of the vertical.",
                           {{"none", Vertical::none}, {"elevation", Vertical::elevation}, {"height", Vertical::height}});
-    enumeration<Start>(module, "Start", "How many points a track starts from.", {{"two_point", Start::two_point}, {"one_point", Start::one_point}});
+    enumeration<Start>(module, "Start", "How many points a track starts from.", {{"two_point", Start::two_point}, {"one_point", Start::one_point}, {"bounded_two_point", Start::bounded_two_point}});
     enumeration<Adapt>(module, "Adapt", "What sets a mode's process noise.",
                        {{"none", Adapt::none},
                         {"current_statistical", Adapt::current_statistical},

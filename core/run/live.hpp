@@ -124,7 +124,7 @@ template <class T> class Live {
         std::vector<TrackState<T>> taken = states;
         for (int k = 0; k < n; ++k) exchange(taken[k / width<T>], k % width<T>, &saved[std::size_t(k) * numbers()], true);
         for (auto &s : taken) {
-            check_places(s);
+            check_numbers(s), check_places(s);
             s.settled = all(s.running);
         }
         states = std::move(taken);
@@ -138,6 +138,14 @@ template <class T> class Live {
     std::vector<TrackState<T>> states;
     std::vector<std::deque<Record<T>>> history;
     std::vector<std::deque<T>> times;
+
+    // Of tracks that have started. A detector may remember that nothing was measured, and a state may have begun without a time.
+    void check_numbers(const TrackState<T> &s) const {
+        for (const auto *values : {&s.arena, &s.probability, &s.carry})
+            for (const T &value : *values)
+                for (int l = 0; l < width<T>; ++l)
+                    if (lane(s.started, l) && !std::isfinite(lane(value, l))) throw std::invalid_argument("state: has numbers that are not finite");
+    }
 
     // Places of modes are used as indices; those of a grid lie between its points too.
     void check_places(const TrackState<T> &s) const {

@@ -383,7 +383,8 @@ template <class T, int N>
 template <class T, int N> [[gnu::noinline]] T smooth_unsound(const T *x, const T *P, const Message<T> &m) {
     T sum[4] = {m.s * 0.0, m.rest * 0.0, splat<T>(0.0), splat<T>(0.0)};
     JINK_UNROLL
-    for (int k = 0; k < N; ++k) sum[k % 4] = sum[k % 4] + x[k] * 0.0 + m.h[k] * 0.0;
+    for (int k = 0; k < N; ++k)
+        sum[k % 4] = sum[k % 4] + (x[k] * to_farthest) * 0.0 + (P[packed(k, k)] * to_least_certain) * 0.0 + m.h[k] * 0.0;
     JINK_UNROLL
     for (int i = 0; i < N; ++i)
         JINK_UNROLL

@@ -12,6 +12,9 @@ namespace jink::inline JINK_LEVEL {
 
 inline constexpr int most_entering = 4;
 
+// These times a number is infinite where a state, or a variance, is beyond what a place can be (`farthest`).
+inline constexpr double to_farthest = 1.79e308 / farthest, to_least_certain = to_farthest / farthest;
+
 // A message as it is kept from scan to scan, and as s - 1/2 |g - R' e|^2. `rest` is a factor beside exp(s), which spares logarithms.
 template <class T> struct Message {
     T J[packed_size(largest_state)], h[largest_state], s, rest;
@@ -69,7 +72,7 @@ template <class T> struct SmoothKernels {
     // Moments of a mode over its pairs, by their shares (P unless null), and their mean message. V gets the spread of the pairs about
     // the mean, count - 1 columns.
     void (*merge)(const SmoothPair<T> *pairs, int count, T *x, T *P, T *J, T *h, T *V);
-    // 0, or NaN where a number is beyond the range of numbers.
+    // 0, or NaN where a number is beyond the range of numbers, or a state or variance beyond what a place can be.
     T (*unsound)(const T *x, const T *P, const Message<T> &m);
 };
 

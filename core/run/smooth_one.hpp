@@ -6,6 +6,7 @@
 #pragma once
 
 #include "run/record.hpp"
+#include "run/smooth_message.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
@@ -60,9 +61,9 @@ template <class T> class SmoothOne {
             Ps[packed(r, r)] = Ps[packed(r, r)] + rounding_share(n) * reach * reach;
         }
         T sum = splat<T>(0.0);
-        for (int k = 0; k < n; ++k) sum = sum + (xs[k] - xs[k]);
+        for (int k = 0; k < n; ++k) sum = sum + (xs[k] * to_farthest) * 0.0 + (Ps[packed(k, k)] * to_least_certain) * 0.0;
         for (int k = 0; k < packed_size(n); ++k) sum = sum + (Ps[k] - Ps[k]);
-        const Mask<T> smoothed = next.linked & inverse(is_nan(sum));  // beyond the range of numbers the filtered estimate stays
+        const Mask<T> smoothed = next.linked & inverse(is_nan(sum));  // beyond all range the filtered estimate stays
         for (int k = 0; k < n; ++k) after[k] = select<T>(smoothed, xs[k], x[k]);
         for (int k = 0; k < packed_size(n); ++k) after[n + k] = select<T>(smoothed, Ps[k], P[k]);
     }

@@ -31,7 +31,7 @@ struct SensorDeclaration {
     std::vector<double> log_extent;    // of the uniform outlier density, per component
 };
 
-enum class Start { two_point, one_point };
+enum class Start { two_point, one_point, bounded_two_point };
 
 // How the modes' past estimates interact: each mode from its own mixture; not at all; all from the combined estimate; every pair
 // of modes before and now apart.

@@ -13,20 +13,21 @@ template <class T> struct Hypotheses {
     const Innovation<T> *innovations;
 };
 
-// NIS of the innovation moment-matched over the modes.
+// NIS of the innovation moment-matched over the modes. What cannot be may not have been run, and says nothing.
 template <class T> T matched_nis(const Hypotheses<T> &h, int rows, const Mask<T> *present) {
     T y[largest_measurement], S[packed_size(largest_measurement)], L[packed_size(largest_measurement)];
     const T zero = splat<T>(0.0);
+    const auto of = [&](int j, T value) { return select<T>(h.prior[j] > zero, h.prior[j] * value, zero); };
     for (int r = 0; r < rows; ++r) {
         y[r] = zero;
-        for (int j = 0; j < h.count; ++j) y[r] = y[r] + h.prior[j] * h.innovations[j].y[r];
+        for (int j = 0; j < h.count; ++j) y[r] = y[r] + of(j, h.innovations[j].y[r]);
     }
     for (int r = 0; r < rows; ++r)
         for (int q = 0; q <= r; ++q) {
             T sum = zero;
             for (int j = 0; j < h.count; ++j) {
                 const Innovation<T> &v = h.innovations[j];
-                sum = sum + h.prior[j] * (v.joint[packed(r, q)] + (v.y[r] - y[r]) * (v.y[q] - y[q]));
+                sum = sum + of(j, v.joint[packed(r, q)] + (v.y[r] - y[r]) * (v.y[q] - y[q]));
             }
             S[packed(r, q)] = sum;
         }
@@ -47,8 +48,9 @@ template <class T> void transform(const Hypotheses<T> &h, int rows, const Mask<T
         for (int j = 0; j < h.count; ++j) {
             const Innovation<T> &v = h.innovations[j];
             const T w = exponential<T>(log_prior[j] - most), u = v.e[r] / square_root(v.S[r]);
-            sum = sum + w, below = below + w * normal_cdf<T>(u);
-            log_prior[j] = log_prior[j] - 0.5 * (u * u + logarithm<T>(v.S[r]));
+            const Mask<T> possible = h.prior[j] > splat<T>(0.0);
+            sum = sum + select<T>(possible, w, splat<T>(0.0)), below = below + select<T>(possible, w * normal_cdf<T>(u), splat<T>(0.0));
+            log_prior[j] = select<T>(possible, log_prior[j] - 0.5 * (u * u + logarithm<T>(v.S[r])), splat<T>(-1e300));
         }
         pit[r] = select<T>(present[r], below / sum, nan_of<T>());
     }

@@ -38,6 +38,44 @@ template <class T> void start(const Composition<T> &c, TrackState<T> &s, const F
     s.first_time = select<T>(fresh, s.time, s.first_time);
 }
 
+// A second position to which the target would have had to go at more than `farthest_sds` standard deviations of its speed
+// contradicts the first. The track then begins anew from the second. After `contradictions` in a row the target is that fast.
+constexpr double farthest_sds = 5.0, contradictions = 2.0;
+
+template <class T> Mask<T> contradicted(const Composition<T> &c, const TrackState<T> &s, const Fix<T> &fix, Mask<T> second) {
+    const T step = s.time - s.first_time;
+    T squares = splat<T>(0.0);
+    for (int a = 0; a < c.modes[0].shape.axes; ++a) {
+        const T moved = fix.p[a] - s.first[a];
+        const T variance = c.velocity_variance * step * step + fix.P[packed(a, a)] + s.first_P[packed(a, a)];
+        squares = squares + moved * moved / variance;
+    }
+    return second & (step > splat<T>(0.0)) & (squares > splat<T>(farthest_sds * farthest_sds)) & (s.rejections < splat<T>(contradictions));
+}
+
+// A velocity is that of a target of such a speed: conditioned on N(0, velocity_variance) per axis.
+template <class T> void slow_down(const Composition<T> &c, TrackState<T> &s, Mask<T> which) {
+    for (const Mode<T> &mode : c.modes) {
+        const int n = mode.shape.n;
+        T *x = &s.arena[mode.place], *P = x + n;
+        for (int a = 0; a < mode.shape.axes; ++a) {
+            const int v = a * mode.shape.block + 1;
+            T column[largest_state];
+            for (int i = 0; i < n; ++i) column[i] = P[i < v ? packed(v, i) : packed(i, v)];
+            const T over = 1.0 / (column[v] + c.velocity_variance), kept = c.velocity_variance * over, speed = x[v];
+            for (int i = 0; i < n; ++i) {
+                const T gain = column[i] * over;
+                x[i] = select<T>(which, i == v ? kept * speed : x[i] - gain * speed, x[i]);
+                for (int k = 0; k <= i; ++k) {
+                    T &value = P[packed(i, k)];
+                    const T rounding = i == k ? rounding_share(n) * value : splat<T>(0.0);
+                    value = select<T>(which, i == v || k == v ? kept * value : value - gain * column[k] + rounding, value);
+                }
+            }
+        }
+    }
+}
+
 // Two-point differencing: v = (z2 - z1) / T, with acceleration of prior variance a0^2 over the step. Where that is no velocity of
 // anything, because the step is too short for the distance, the track waits for another point.
 template <class T> void complete(const Composition<T> &c, TrackState<T> &s, const Fix<T> &fix, Mask<T> second) {
@@ -71,6 +109,7 @@ template <class T> void complete(const Composition<T> &c, TrackState<T> &s, cons
             put(p + 2, v, 0.5 * step * spread);
         }
     }
+    if (c.declared.start == Start::bounded_two_point) slow_down(c, s, now & inverse(s.rejections >= splat<T>(contradictions)));
     s.running = s.running | now;
 }
 

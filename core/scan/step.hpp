@@ -233,7 +233,7 @@ template <class T> class Step {
             out.gated = out.gated & inverse(explained);
         }
         Surprise::add<T>(s, fit, out.dof, out.measured & s.running & inverse(out.gated));
-        s.rejections = select<T>(out.measured, select<T>(out.gated, s.rejections + 1.0, splat<T>(0.0)), s.rejections);
+        s.rejections = select<T>(out.measured & s.running, select<T>(out.gated, s.rejections + 1.0, splat<T>(0.0)), s.rejections);
         if (!any(out.gated)) return;
         keep_prediction(s, input, out.gated);
         if (c.declared.restart_after > 0)
@@ -296,9 +296,13 @@ template <class T> class Step {
         Measurement<T> m;
         measure(scan, sensor, splat_mask<T>(true), m, true);
         const Fix<T> fix = position_fix(spec, m);
-        const Mask<T> fresh = scan.active & fix.position & (inverse(s.started) | out.restarted);
-        const Mask<T> second = scan.active & fix.position & s.started & inverse(s.running) & inverse(out.restarted);
-        const bool two_point = c.declared.start == Start::two_point;
+        Mask<T> fresh = scan.active & fix.position & (inverse(s.started) | out.restarted);
+        Mask<T> second = scan.active & fix.position & s.started & inverse(s.running) & inverse(out.restarted);
+        const bool two_point = c.declared.start != Start::one_point;
+        Mask<T> given_up = splat_mask<T>(false);  // the first position, because of the second
+        if (any(second) && c.declared.start == Start::bounded_two_point) given_up = contradicted(c, s, fix, second);
+        const T tries = s.rejections + 1.0;
+        fresh = fresh | given_up, second = second & inverse(given_up);
         if (any(second)) complete(c, s, fix, second);
         if (any(fresh)) {
             start(c, s, fix, fresh);
@@ -312,7 +316,8 @@ template <class T> class Step {
         out.log_likelihood = select<T>(counted, out.log_likelihood, splat<T>(0.0));
         out.scored = out.scored & inverse(fresh);
         s.started = s.started | fresh;
-        for (T *count : {&s.rejections, &s.surprise, &s.surprise_dof}) *count = select<T>(fresh, splat<T>(0.0), *count);
+        for (T *count : {&s.rejections, &s.surprise, &s.surprise_dof}) *count = select<T>(fresh | (second & s.running), splat<T>(0.0), *count);
+        s.rejections = select<T>(given_up, tries, s.rejections);
         for (T *last : {&s.last_accepted, &s.last_height}) *last = select<T>(fresh | second, s.time, *last);
         s.settled = all(s.running);
     }

@@ -4,8 +4,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .association import Tracker
+    from .association import Tracker, radar_bias
     from .catalogue.choose import choose_filter, default_filter
+    from .catalogue.purpose import Purpose
     from .catalogue.registry import FILTERS
     from .catalogue.targets import KINDS
     from .estimate import STATUS, Estimate, Status
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from .models.sensor import Bearing, Polar, Position, PositionVelocity
     from .models.start import OnePoint, Prior, TwoPoint
     from .models.switching import Sojourn
+    from .report.plot import Page, plot
     from .tracking.batch import track
     from .tracking.live_tracker import LiveTracker
 
@@ -75,10 +77,12 @@ __all__ = [
     "OnePoint",
     "Outliers",
     "OwnFilter",
+    "Page",
     "Polar",
     "Position",
     "PositionVelocity",
     "Prior",
+    "Purpose",
     "Radar",
     "Singer",
     "Sojourn",
@@ -92,6 +96,8 @@ __all__ = [
     "choose_filter",
     "default_filter",
     "load",
+    "plot",
+    "radar_bias",
     "track",
 ]
 
@@ -130,10 +136,12 @@ _HOME = {
     "Coasting": "models.coasting",
     "Outliers": "models.outliers",
     "OwnFilter": "filters.own",
+    "Page": "report.plot",
     "Polar": "models.sensor",
     "Position": "models.sensor",
     "PositionVelocity": "models.sensor",
     "Prior": "models.start",
+    "Purpose": "catalogue.purpose",
     "Radar": "models.radar",
     "STATUS": "estimate",
     "Singer": "models.motion",
@@ -147,12 +155,14 @@ _HOME = {
     "choose_filter": "catalogue.choose",
     "default_filter": "catalogue.choose",
     "load": "filters.loading",
+    "plot": "report.plot",
+    "radar_bias": "association",
     "track": "tracking",
 }
 
 
 # Packages that `import jink` alone makes reachable.
-_ROOMS = ("compare", "fit", "learn", "metrics", "scenarios")
+_ROOMS = ("compare", "fit", "interop", "learn", "metrics", "scenarios")
 
 
 def __getattr__(name: str) -> Any:

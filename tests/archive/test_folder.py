@@ -16,8 +16,9 @@ from polars.testing import assert_frame_equal
 from test_archive import SAME, all_rows, flights, hashes, in_files, refused, track
 from typer.testing import CliRunner
 
-from jink.archive import mapping, run
+from jink.archive import mapping, reading, run, settling
 from jink.cli.main import app
+from jink.tracking import prepare
 
 
 @pytest.fixture
@@ -119,6 +120,8 @@ def _decided_by(plan, first):
 
 
 def test_only_touched_buckets_are_tracked_again(tmp_path, hours, monkeypatch):
+    monkeypatch.setattr(prepare, "EVIDENCE", 900)
+    monkeypatch.setattr(settling, "EVIDENCE", 900)
     track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
     before = hashes(tmp_path / "tracks")
     pl.read_parquet(hours[3]).filter(icao24="eef").with_columns(pl.col("time") + 9e4).write_parquet(
@@ -193,3 +196,24 @@ def test_another_version_is_refused(tmp_path, hours, monkeypatch):
     plan["versions"]["jink"] = "0.0.1"
     (tmp_path / "tracks/.jink/plan.json").write_text(json.dumps(plan))
     assert "was made with jink 0.0.1" in refused(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
+
+
+def test_fit_and_compare_read_a_sample_of_a_folder_and_say_so(tmp_path, hours):
+    track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
+    arguments = ["compare", f"{tmp_path}/tracks/", "--filters", "kalman-cv,imm"]
+    done = CliRunner(env={"COLUMNS": "400"}).invoke(app, arguments)
+    assert done.exit_code == 0, done.output
+    assert "a sample of 30 of 30 targets of" in done.stdout
+    some, words = reading.sample(tmp_path / "tracks", 700)
+    assert 0 < some.rows.height <= 700 and "of 30 targets" in words
+    of_all = reading.sample(tmp_path / "tracks")[0].rows.group_by("target").len()
+    assert (
+        some.rows.group_by("target").len().join(of_all, on=["target", "len"]).height == some.rows["target"].n_unique()
+    )
+
+
+def test_a_folder_that_is_not_complete_is_not_read(tmp_path, hours):
+    track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
+    (tmp_path / "tracks/.jink/manifest.json").unlink()
+    done = CliRunner().invoke(app, ["compare", f"{tmp_path}/tracks/", "--filters", "kalman-cv,imm"])
+    assert done.exit_code == 2 and "is not complete" in done.output

@@ -105,7 +105,7 @@ def test_timings_of_every_stage_are_said(flight, tmp_path):
     status, said, errors = run(flight, "-o", output, "--quiet", "--timings")
     assert status == 0 and said == ""
     lines = {line.split()[0]: line.split()[1:] for line in errors.splitlines()}
-    stages = ("read", "recognise", "clean", "place", "noise", "filter", "table", "write", "rest")
+    stages = ("read", "recognise", "clean", "place", "noise", "filter", "table", "check", "write", "rest")
     assert list(lines) == ["stage", *stages, "together"]
     assert sum(float(lines[name][1]) for name in stages) == pytest.approx(float(lines["together"][1]), abs=0.05)
     status, said, errors = run(flight, "-o", output, "--json", "--timings")

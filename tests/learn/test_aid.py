@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import jink
 from jink.filters.aided import Aided
-from jink.learn.aid import correction, fit_corrector, inputs_of, position_rms, watch
+from jink.learn.aid import correction, fit_corrector, inputs_of, position_rms, watch, weakened
 from jink.learn.anfis import fit_anfis
 from jink.learn.data import from_scenario, joined
 from jink.learn.mlp import fit_network
@@ -175,6 +175,54 @@ def test_factors_of_p_by_hand():
     scaled = e / factors[:2]
     P = seen.P[:, :, 0][good][:, :2, :2]
     assert_allclose(np.einsum("ni,nij,nj->n", scaled, np.linalg.inv(P), scaled).mean(), 2.0, rtol=1e-9)
+
+
+def climb(runs, seed):
+    """Along z, where the same aircraft does not manoeuvre: an aid learned along x spoils a sluggish filter."""
+    return from_scenario("benchmark-1", runs, seed, sensor=50.0, interval=1.0).along([2])
+
+
+def test_an_aid_is_weakened_until_it_hurts_no_kind_of_target():
+    """The gain is the least of Σ ea / Σ a² less two standard errors, family by family, by hand."""
+    found = fit_corrector(SLUGGISH, aircraft(10, 1), aircraft(5, 2), model="linear")
+    checked = joined([aircraft(8, 2), climb(8, 2)])
+    assert checked.family.tolist() == [0] * 8 + [1] * 8
+    assert checked.take([3, 9]).family.tolist() == [0, 1]
+    weak, (gain,) = weakened(SLUGGISH, checked, found)
+    bounds = []
+    for runs in (aircraft(8, 2), climb(8, 2)):
+        seen = watch(SLUGGISH, runs)
+        a = np.where(seen.updated, correction(found, seen)["position"], 0.0)
+        e = np.where(seen.updated, runs.position - seen.estimate["position"], 0.0)
+        ea, aa = (e * a).sum(axis=(1, 2)), (a * a).sum(axis=(1, 2))
+        best = ea.sum() / aa.sum()
+        bounds.append(best - 2 * (ea - best * aa).std(ddof=1) / np.sqrt(8) / aa.mean())
+    assert bounds[1] < 0.5 < bounds[0]
+    assert gain == pytest.approx(min(max(min(bounds), 0.0), 1.0), rel=1e-9)
+    assert_allclose(weak.output_scale, gain * np.array(found.output_scale), rtol=1e-12)
+    fresh = climb(40, 9)
+    alone = position_rms(SLUGGISH, fresh)
+    assert position_rms(SLUGGISH, fresh, weak) <= alone < position_rms(SLUGGISH, fresh, found)
+
+
+def test_an_aid_that_helps_keeps_its_strength():
+    found = fit_corrector(SLUGGISH, aircraft(10, 1), aircraft(5, 2), model="linear")
+    weak, (gain,) = weakened(SLUGGISH, aircraft(10, 3), found)
+    assert 0.9 < gain <= 1.0
+    test = aircraft(20, 9)
+    assert position_rms(SLUGGISH, test, weak) < 0.35 * position_rms(SLUGGISH, test)
+
+
+def test_one_run_has_no_standard_error():
+    """Its gain is the best for itself."""
+    found = fit_corrector(SLUGGISH, aircraft(10, 1), aircraft(5, 2), model="linear")
+    one = aircraft(1, 3)
+    _, (gain,) = weakened(SLUGGISH, one, found)
+    assert 0.5 < gain <= 1.0
+    off = replace(found, output_scale=(3 * found.output_scale[0],))
+    weak, (third,) = weakened(SLUGGISH, one, off)
+    assert third == pytest.approx(gain / 3, rel=1e-9) or gain == 1.0
+    assert weak.output_scale[0] == pytest.approx(gain * found.output_scale[0], rel=1e-9) or gain == 1.0
 
 
 @pytest.mark.parametrize("kind", ["triangular", "gaussian", "bell"])

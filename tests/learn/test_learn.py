@@ -147,7 +147,7 @@ def test_an_anfis_is_trained_as_published_from_the_command_line(tmp_path):
     corrector = jink.load(out).corrector
     assert corrector.inputs == "titi-guney" and corrector.corrects == ("position",)
     assert corrector.model.shape == "triangular" and [len(m) for m in corrector.model.memberships] == [4, 4]
-    assert "10 epochs of backpropagation" in corrector.trained.method
+    assert "10 epochs of backpropagation, gain " in corrector.trained.method
     assert "against unaided: position better" in " ".join(done.output.split())
 
 
@@ -175,6 +175,20 @@ def test_labels_suit_the_sensor_and_the_targets(labels):
     """With levels of 1 to 196 m²/s⁴ the network was worse than the measurements, whose sd is 500 m here."""
     learned = learn("nnvsmm", "random-turns", kind="fighter", runs=60, check_runs=60, labels=labels, epochs=60)
     assert learned.race.compare(LEARNED, "raw").verdict == "better"
+
+
+def test_a_network_scores_a_bank_of_motions(tmp_path):
+    """As asked for, scaled by what the targets pull; the file is read back and tracks as the filter did."""
+    out = tmp_path / "bank.json"
+    asked = ["--bank", "cv,ca, ct", "--runs", 16, "--check-runs", 20, "--epochs", 20, "--acceleration", 30]
+    done = command("nnvsmm-modes", "random-turns", *asked, "-o", out)
+    assert done.exit_code == 0, done.output
+    filter = jink.load(out)
+    kinds = [type(motion).__name__ for motion in filter.motions]
+    assert kinds == ["ConstantVelocity"] * 3 + ["ConstantAcceleration", "CoordinatedTurn"]
+    assert [m.acceleration_sd for m in filter.motions[:3]] == pytest.approx([0.03, 3.0, 30.0])
+    assert filter.motions[3].acceleration_prior_sd == 30.0 and filter.motions[4].acceleration_psd == 1.5**2
+    assert filter.network.best == 3 and "best of 5 modes" in filter.network.trained.method
 
 
 def test_the_range_of_labels_follows_the_acceleration():
@@ -297,6 +311,11 @@ BAD = {
     "functions of a network": (["nn-kf", "lee-2003", "--functions", "3"], "--functions"),
     "both labels": (["nnvsmm", "random-turns", "--labels", "--argmin-labels"], "give one"),
     "labels of modes": (["nnvsmm-modes", "random-turns", "--argmin-labels"], "--argmin-labels"),
+    "bank of a noise": (["nnvsmm", "random-turns", "--bank", "cv,ca"], "--bank is an option for nnvsmm-modes"),
+    "no such bank": (["nnvsmm-modes", "random-turns", "--bank", "cv,singer"], "expected some of cv, ca, ct, each once"),
+    "twice in a bank": (["nnvsmm-modes", "random-turns", "--bank", "cv,cv"], "each once, got cv,cv"),
+    "a bank of one": (["nnvsmm-modes", "random-turns", "--bank", "ct"], "expected at least two, for example cv,ct"),
+    "bank and inputs": (["nnvsmm-modes", "random-turns", "--bank", "cv,ca", "--inputs", "1,9"], "give one"),
     "no runs": (["fuzzy-imm", "lee-2003", "--runs", "0"], "--runs"),
 }
 

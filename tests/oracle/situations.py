@@ -36,6 +36,8 @@ CONVERTED3 = part(
 COMPASS = part("Bearing", sd=0.01, site=(500.0, -9000.0))
 
 TWO = part("TwoPoint", velocity_sd=300.0)
+BOUNDED = part("TwoPoint", velocity_sd=200.0, bounded=True)
+SLOW = part("TwoPoint", velocity_sd=8.0, bounded=True)  # of targets that are faster than they should be
 ONE = part("OnePoint", velocity_sd=300.0)
 ROBUST = {"share": 0.01, "extent": 1e5, "restart_after": 2}
 SOJOURN = {"seconds": [60.0, 20.0, 15.0]}
@@ -74,6 +76,10 @@ SITUATIONS: dict[str, Twin] = {
     ),
     "imm-step": Twin([CV, CA], [P2], 2, 0.97, transition_step=2.0, initial=TWO),
     "imm-robust": Twin([CV, CA, CT], [P2], 2, LEADING, outliers=ROBUST, initial=TWO),
+    "kalman-bounded": Twin([CA], [P3], 3, initial=BOUNDED),
+    "imm-bounded": Twin([CV, CA, CT], [CORRELATED], 2, LEADING, outliers=ROBUST, initial=BOUNDED),
+    "imm-bounded-radar": Twin([CV, CT], [RADAR], 2, 0.95, initial=SLOW),
+    "imm-bounded-slow": Twin([CV, CA, CT], [P2], 2, LEADING, outliers=ROBUST, initial=SLOW),
     "imm-turns": Twin([CV, LEFT, RIGHT], [P2], 2, LEADING, initial=TWO),
     "imm-turns-and-ca": Twin([LEFT, CA, CT], [P2], 2, LEADING, initial=ONE),
     "imm-singer": Twin([CV, SINGER], [P2], 2, 0.9, initial=TWO),

@@ -24,6 +24,7 @@ class OnePoint:
 @dataclass
 class TwoPoint:
     velocity_sd: float
+    bounded: bool = False
 
 
 @dataclass
@@ -63,6 +64,21 @@ def one_point(motion: Motion, fix: Fix, velocity_sd: float) -> Mode:
     for i in priors(motion):
         P[i, i] = motion.prior_variance(motion.components[i])
     return Mode(x, P)
+
+
+def contradicted(first: Fix, second: Fix, velocity_sd: float) -> bool:
+    """Whether a target of such a speed cannot have come from the first position to the second: 5 sds in all axes."""
+    moved = second.position - first.position
+    variance = np.diag(first.R + second.R) + (velocity_sd * (second.time - first.time)) ** 2
+    return bool((moved**2 / variance).sum() > 25.0)
+
+
+def slowed(motion: Motion, mode: Mode, velocity_sd: float) -> Mode:
+    """The mode given that its velocity is from N(0, velocity_sd^2) per axis: Bayes, by a measured velocity of zero."""
+    _, velocity = parts(motion)
+    H = np.eye(motion.n)[velocity]
+    gain = mode.P @ H.T @ np.linalg.inv(H @ mode.P @ H.T + velocity_sd**2 * np.eye(len(H)))
+    return Mode(mode.x - gain @ H @ mode.x, mode.P - gain @ H @ mode.P)
 
 
 def two_point(motion: Motion, first: Fix, second: Fix) -> Mode:

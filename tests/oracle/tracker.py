@@ -20,7 +20,7 @@ from oracle.gaussian import Predicted, Updated, predict, update
 from oracle.mixture import Mode, combine, mix
 from oracle.motion import Motion
 from oracle.sensor import PositionVelocity, wrap
-from oracle.start import Fix, OnePoint, Prior, TwoPoint, one_point, two_point
+from oracle.start import Fix, OnePoint, Prior, TwoPoint, contradicted, one_point, slowed, two_point
 
 Array = NDArray[np.float64]
 NONE, UPDATED, PREDICTED, GATED, RESTARTED, INITIALISED = range(6)
@@ -111,6 +111,7 @@ class Track:
         self.filter = filter
         self.scans: list[Scan] = []
         self.first: Fix | None = None  # of a two-point start that waits for its second
+        self.contradictions = 0  # second positions in a row that contradicted the first
         self.rejected = 0
         self.surprises: list[
             tuple[float, int]
@@ -160,12 +161,25 @@ class Track:
             return
         second = row.fix(f.motions[0].axes) if self.first is not None else None
         if second is not None and second.time > self.first.time:
-            self.modes = [two_point(m, self.first, second) for m in f.motions]
-            self.mu = f.start_probability()
-            self.first = None
-            scan.status, scan.used = INITIALISED, row.converted()
+            self.complete(scan, row, second)
             return
         self.measure(scan, row, c)
+
+    def complete(self, scan: Scan, row: Row, second: Fix) -> None:
+        """The second position: velocity from both, or, where it contradicts the first, a new start from it alone."""
+        f, scan.status = self.filter, INITIALISED
+        bounded = f.initial.bounded and self.contradictions < 2
+        if bounded and contradicted(self.first, second, f.initial.velocity_sd):
+            self.restart(second)
+            self.first, scan.linked = second, False
+            self.contradictions += 1
+            return
+        self.modes = [two_point(m, self.first, second) for m in f.motions]
+        if bounded:
+            self.modes = [slowed(m, x, f.initial.velocity_sd) for m, x in zip(f.motions, self.modes, strict=True)]
+        self.mu = f.start_probability()
+        self.first, self.contradictions = None, 0
+        scan.used = row.converted()
 
     def measure(self, scan: Scan, row: Row, c: Array) -> None:
         f, work = self.filter, row.converted()

@@ -214,10 +214,10 @@ def test_titi_guney_what_an_aid_does_and_does_not(outcomes):
 
 
 def test_titi_guney_an_aid_fed_by_history_on_an_imm(outcomes):
-    """No worse on targets 1, 2 and 4; on target 6 two thousand runs give 1.0014 ± 0.0006."""
+    """No worse on any target; on target 6 two thousand runs give 0.9947 ± 0.00014."""
     outcome = outcomes["titi-guney"]
-    for target, limit in ((1, 1.0), (2, 1.0), (4, 1.0), (6, 1.0014)):
-        below(figure(outcome, f"target {target}, IMM", "imm + history", "position_rmse_over_imm"), limit)
+    for target in (1, 2, 4, 6):
+        below(figure(outcome, f"target {target}, IMM", "imm + history", "position_rmse_over_imm"), 1.0)
     # the paper's inputs say nothing new to an IMM
     assert figure(outcome, "target 6, IMM", "imm + anfsakf", "position_rmse_over_imm").measured > 1.02
 

@@ -409,3 +409,24 @@ def test_content_that_is_no_track_is_named(tmp_path, content, message):
     (tmp_path / "given.dat").write_bytes(content)
     with pytest.raises(InputError, match=message):
         jink.track(tmp_path / "given.dat")
+
+
+def test_velocities_of_sbs_join_the_positions_of_their_aircraft(tmp_path):
+    head = "1,1,{hex},1,{date:%Y/%m/%d},{date:%H:%M:%S}.{ms},{date:%Y/%m/%d},{date:%H:%M:%S}.900"
+    place = PLANE.lines(
+        "MSG,3," + head.replace("{hex}", "ABC123").replace("{ms}", "800") + ",,36000,,,{lat},{lon},,,0,0,0,0"
+    )
+    speed = PLANE.lines(
+        "MSG,4," + head.replace("{hex}", "ABC123").replace("{ms}", "300") + ",,,447.1,100,,,64,,0,0,0,0"
+    )
+    other = PLANE.lines("MSG,4," + head.replace("{hex}", "FFFFFF").replace("{ms}", "500") + ",,,99,9,,,0,,0,0,0,0")
+    (tmp_path / "x.sbs").write_text(
+        "\n".join(line for lines in zip(speed, other, place, strict=True) for line in lines)
+    )
+    loaded = load_files([tmp_path / "x.sbs"], Reading()).measurements
+    assert loaded.rows["speed"].to_numpy() == pytest.approx(230.0, rel=1e-3)
+    assert loaded.rows["vertical_rate"].to_numpy() == pytest.approx(64 * 0.3048 / 60)
+    # a velocity of long ago is not that of now
+    (tmp_path / "x.sbs").write_text("\n".join([speed[0], *place]))
+    late = load_files([tmp_path / "x.sbs"], Reading()).measurements.rows["speed"].to_numpy()
+    assert np.isfinite(late).sum() == 1

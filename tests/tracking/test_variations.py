@@ -181,3 +181,29 @@ def test_speeds_below_zero_are_none(tmp_path):
     lines = [f"{line},{-1 if i % 3 else 20}" for i, line in enumerate(CAR.lines("1,{t},{lat:.6f},{lon:.6f}"))]
     tracks, _, _ = track(tmp_path / "x.csv", ["id,time,lat,lon,speed", *lines])
     CAR.agrees(tracks)
+
+
+def test_radars_at_different_places_are_named_as_the_reason(tmp_path):
+    lines = ["t,id,source,range,azimuth_deg"]
+    noise = np.random.default_rng(4).normal(scale=20.0, size=80)
+    for i in range(80):
+        east, north = (600.0 * i - 20e3, 60e3) if i % 2 else (600.0 * i - 50e3, 50e3)
+        azimuth = np.degrees(np.arctan2(east, north)) % 360
+        lines.append(f"{4 * i},1,{'north' if i % 2 else 'south'},{np.hypot(east, north) + noise[i]:.1f},{azimuth:.4f}")
+    _, _, summary = track(tmp_path / "x.csv", lines, "aircraft")
+    assert "radars that stand at different places (2 sources)" in summary["warnings"][0]["likely"]
+    assert "--site NAME=LAT,LON" in summary["warnings"][0]["mend"]
+
+
+def test_a_file_of_marks_alone_says_how_to_believe_it(tmp_path):
+    lines = ["id,time,lat,lon,valid", *CAR.lines("1,{t},{lat:.6f},{lon:.6f},0")]
+    with pytest.raises(InputError, match="--no-check believes rows that are marked as not valid"):
+        track(tmp_path / "x.csv", lines)
+
+
+def test_geojson_whose_type_stands_behind_long_lines_is_geojson(tmp_path):
+    place = "[7.0, 51.0],\n" * 9000
+    line = f'{{"geometry": {{"coordinates": [{place}[7.0, 51.0]], "type": "LineString"}}, "type": "Feature"}}'
+    (tmp_path / "x.json").write_text(f'{{\n "features": [\n {line}], "type": "FeatureCollection"}}')
+    with pytest.raises(InputError, match="is GeoJSON without points; its 1 lines have no times"):
+        jink.track(tmp_path / "x.json")

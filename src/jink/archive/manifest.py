@@ -15,12 +15,11 @@ from ..io.errors import InputError
 from ..io.loading import Reading
 from ..tracking.prepare import Settings
 from .errors import Stopped
+from .folder import MANIFEST, PLAN
 from .job import versions
 from .store import WORK, Store
 
 FORMAT = 1
-MANIFEST = f"{WORK}/manifest.json"  # hidden, so that readers of the folder with a pattern find tracks alone
-PLAN = f"{WORK}/plan.json"
 OURS = re.compile(rf"^({re.escape(WORK)}/.*|bucket=\d+/part\.parquet)$")
 ENDS = 1 << 16  # bytes at the beginning, in the middle and at the end of a file that tell it from others
 

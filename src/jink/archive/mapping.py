@@ -60,7 +60,7 @@ def _named(measured: Measurements, rows: int, path: str, shown: str) -> tuple[Me
     for name in ("file", "source"):
         if name == "file" or "source" not in measured.named:
             text = measured.rows[name].first()
-            new = None if text is None else shown + text.removeprefix(path)
+            new = None if text is None else shown + str(text).removeprefix(path)
             measured.rows = measured.rows.with_columns(pl.lit(new, pl.String).alias(name))
     found = [
         frame.with_columns(file=pl.lit(shown) + pl.col("file").str.strip_prefix(path)) for frame in measured.rejected

@@ -38,6 +38,7 @@ def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place
     done = {
         "bucket": bucket,
         "files": files,
+        "grounds": grounds_of(settled),
         "rows": shares.tally.rows,
         "accepted": shares.tally.counts["accepted"],
         "bytes": size,
@@ -48,12 +49,21 @@ def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place
     return done
 
 
+def grounds_of(settled: Settled) -> str:
+    """The grounds below which no height runs, which files that are added may lower."""
+    return repr(sorted(settled.known.grounds.items()))
+
+
 def _write(first: pl.DataFrame, rest: Iterator[pl.DataFrame], handle: IO[bytes]) -> None:
     """Parquet with a group of rows per table, so that the bytes depend on the rows alone."""
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     table = first.to_arrow(compat_level=pl.CompatLevel.oldest())
-    with pq.ParquetWriter(handle, table.schema, compression="zstd", compression_level=1) as writer:
+    texts = [each.name for each in table.schema if pa.types.is_dictionary(each.type) or "string" in str(each.type)]
+    # a dictionary of real numbers costs most of the writing, and saves nothing
+    how = {"compression": "snappy", "use_dictionary": texts, "write_statistics": ["target", "time"]}
+    with pq.ParquetWriter(handle, table.schema, **how) as writer:
         writer.write_table(table)
         for frame in rest:
             writer.write_table(frame.to_arrow(compat_level=pl.CompatLevel.oldest()))

@@ -24,12 +24,13 @@ from ..tracking.prepare import Settings
 from ..tracking.tally import Tally
 from . import job as names
 from .errors import Stopped
+from .folder import MANIFEST
 from .gathering import check_same, places
 from .job import Job, versions
-from .manifest import MANIFEST, Plan, agreed_inputs, fingerprint, finish, in_words, manifest_of
+from .manifest import Plan, agreed_inputs, fingerprint, finish, in_words, manifest_of
 from .mapping import map_file
 from .progress import Progress, Say
-from .reducing import reduce_bucket
+from .reducing import grounds_of, reduce_bucket
 from .settling import Settled, settle
 from .store import WORK, Store
 from .workers import Cluster, Here, Processes, Workers
@@ -54,7 +55,9 @@ class How:
     @property
     def count(self) -> int:
         """The number of processes."""
-        return self.processes or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+        if self.processes:
+            return self.processes
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
     def workers(self) -> Workers:
         """Who does the work."""
@@ -168,13 +171,13 @@ def _map(job: Job, workers: Workers, how: How, say: Say) -> list[dict[str, Any]]
 
 def _check_files(said: Any, strict: bool) -> None:
     """Errors: InputError where a file cannot be read and nothing may be skipped, or files do not go together."""
-    first: dict[str, Any] | None = None
+    parts: list[dict[str, Any]] = []
     for each in said:
         if strict and each["error"]:
             raise InputError(each["error"])
-        for part in each["parts"]:
-            first = first or part
-            check_same(first, part)
+        parts += each["parts"]
+    for part in parts[1:]:
+        check_same(parts[0], part)
 
 
 def _reduce(job: Job, settled: Settled, said: list[dict[str, Any]], workers: Workers, say: Say) -> list[dict[str, Any]]:
@@ -185,7 +188,8 @@ def _reduce(job: Job, settled: Settled, said: list[dict[str, Any]], workers: Wor
     left = []
     for bucket in range(job.buckets):
         before = job.said(names.reduced(bucket))
-        if before is not None and all(place.number < before["files"] for place in places(said, bucket)):
+        same = before is not None and before["grounds"] == grounds_of(settled)
+        if before and same and all(place.number < before["files"] for place in places(said, bucket)):
             done[bucket] = before
             progress.step(before["rows"], kept=True)
         else:

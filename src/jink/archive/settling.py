@@ -46,7 +46,7 @@ def settle(job: Job, said: Sequence[dict[str, Any]], first: int) -> Settled:
     rows = sample.height
     measured = kind.measurements(sample)
     prepared = prepare(replace(measured), replace(job.settings, threads=None))
-    known = Known.of(prepared)
+    known = Known.of(prepared, some=chosen is not None or len(deciding) < len(said))
     schema = learned_schema(prepared, job.settings, kind.absolute)
     words = {
         "targets": counts.height if chosen is None else chosen.height,

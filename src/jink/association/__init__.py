@@ -1,7 +1,8 @@
 """Many targets from plots without identity: the tracker, its picture, and what it is told."""
 
+from .bias import RadarBias, radar_bias
 from .picture import Picture
 from .rules import ASSOCIATIONS
 from .tracker import Tracker
 
-__all__ = ["ASSOCIATIONS", "Picture", "Tracker"]
+__all__ = ["ASSOCIATIONS", "Picture", "RadarBias", "Tracker", "radar_bias"]

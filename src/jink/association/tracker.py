@@ -14,6 +14,7 @@ from ..filters.rows import row_noise
 from ..models.radar import Radar
 from ..times import seconds
 from .batch import run_table
+from .detection import Detections
 from .extent import Extent
 from .history import History
 from .picture import Picture
@@ -111,6 +112,7 @@ class Tracker:
             views.append(view)
         self._many = self._engine.association(self.rules, views)
         self._extents = [Extent() for _ in views]
+        self._detections = [Detections() for _ in views]
 
     def add(self, time: Any, x: ArrayLike, P: ArrayLike, existence: float = 0.999) -> int:
         """A target that is known to be there: mean x and covariance P in ``filter.components``. Returns its id."""
@@ -169,7 +171,18 @@ class Tracker:
         codes = None if code is None else _codes(code, len(z))
         own = None if times is None else _times(times, len(z))
         report = self._many.scan(t, which, z, noise, self._unit(which, z), codes, own)
-        return self._picture(t, report)
+        picture = self._picture(t, report)
+        self._learn_detection(which, picture)
+        return picture
+
+    def _learn_detection(self, which: int, picture: Picture) -> None:
+        radar = list(self.radars.values())[which]
+        if not (radar.learn_detection and radar.scanning):
+            return
+        self._detections[which].take(radar, picture)
+        view = self._many.view(which)
+        view.detection = self._detections[which].probability(radar.detection)
+        self._many.set_view(which, view)
 
     def _index(self, sensor: str | None) -> int:
         if sensor is None and len(self.radars) == 1:
@@ -263,10 +276,16 @@ class Tracker:
         views = [self._many.view(k) for k in range(len(self.radars))]
         return {name: view.clutter * view.area for name, view in zip(self.radars, views, strict=True)}
 
+    @property
+    def detection(self) -> dict[str, float]:
+        """The detection probability of each sensor, as declared or learned."""
+        return {name: self._many.view(k).detection for k, name in enumerate(self.radars)}
+
     def save(self) -> bytes:
         """All tracks and what was learned, for :meth:`load` of a tracker with the same arguments."""
         views = [self._many.view(k) for k in range(len(self.radars))]
-        head = [[*e.numbers, view.area] for e, view in zip(self._extents, views, strict=True)]
+        learned = zip(self._extents, self._detections, views, strict=True)
+        head = [[*e.numbers, d.hits, d.scans, view.area, view.detection] for e, d, view in learned]
         return np.array(head).tobytes() + self._many.save()
 
     def load(self, state: bytes) -> None:
@@ -275,15 +294,16 @@ class Tracker:
         self._restore(state)
 
     def _restore(self, state: bytes) -> None:
-        size = 48 * len(self.radars)
+        size = 72 * len(self.radars)
         if len(state) < size:
             raise ValueError("state: is cut short, or was saved by another tracker")
         self._begin()
         self._many.restore(state[size:])
-        for k, numbers_ in enumerate(np.frombuffer(state[:size]).reshape(-1, 6)):
+        for k, numbers_ in enumerate(np.frombuffer(state[:size]).reshape(-1, 9)):
             self._extents[k] = Extent.of(numbers_[:5].tolist())
+            self._detections[k] = Detections(*numbers_[5:7].tolist())
             view = self._many.view(k)
-            view.area = float(numbers_[5])
+            view.area, view.detection = numbers_[7:].tolist()
             self._many.set_view(k, view)
 
 

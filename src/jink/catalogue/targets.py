@@ -70,7 +70,7 @@ class Kind:
             sensor,
             Sojourn(self.seconds, self.to),
             outliers=Outliers(share=0.01, extent=extent, restart_after=2),
-            initial=TwoPoint(velocity_sd=positive("speed", self.speed)),
+            initial=TwoPoint(velocity_sd=positive("speed", self.speed), bounded=True),
             coast=wait or None,
             coasting=replace(self.coasting, after=max(self.coasting.after, SEVERAL * interval)),
         )

@@ -68,6 +68,13 @@ class CompareRequest(SensorOptions):
     ] = ""
     runs: Runs = 1000
     seed: Seed = 0
+    lag: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N|TIME",
+            help="Every filter takes part once more, with what is measured so many scans (2) or seconds (8s) later.",
+        ),
+    ] = None
     json: JsonFile = None
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Write one HTML page with tables and charts.")] = (
         None
@@ -107,6 +114,7 @@ def _run(request: CompareRequest) -> int:
             kind=request.kind,
             columns=parse_columns(request.columns) or None,
             progress=say and (lambda done, asked: say(f"{done:,} of {asked:,}")),
+            lag=request.lag,
         )
     _write(race, request, output, report)
     if not request.quiet and request.json != "-":
@@ -121,8 +129,9 @@ def _run_sky(request: CompareRequest, output: Path | None, report: Path | None) 
     from ..compare.sky_race import race_on_sky
     from ..io.writing import atomically
 
-    if report is not None or request.sensor_options or request.columns:
-        raise InputError(f"{request.scenario} is a whole sky: --report, --columns and sensor options do not apply")
+    if report is not None or request.sensor_options or request.columns or request.lag:
+        options = "--report, --columns, --lag and sensor options"
+        raise InputError(f"{request.scenario} is a whole sky: {options} do not apply")
     with progress_line(not request.quiet) as say:
         race = race_on_sky(
             request.scenario,

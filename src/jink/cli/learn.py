@@ -194,6 +194,15 @@ class LearnRequest:
             **FLAG,
         ),
     ] = False
+    bank: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND,…",
+            rich_help_panel=NETWORKS,
+            help="The modes of nnvsmm-modes: three constant velocities (cv), an acceleration (ca), a turn (ct), "
+            "for example cv,ca,ct. They are learned from labels.",
+        ),
+    ] = None
     argmin_labels: Annotated[
         bool,
         typer.Option(
@@ -309,6 +318,8 @@ def _recipe(request: LearnRequest) -> dict[str, Any]:
     given |= {"own_inputs": request.own_inputs or None, "labels": request.labels or None}
     if request.argmin_labels:
         given["labels"] = "argmin"
+    if request.bank is not None:
+        given["bank"] = tuple(each.strip() for each in request.bank.split(","))
     given |= _of_an_aid(request) if request.name in AIDS else {"inputs": _numbers(request.inputs)}
     return {name: value for name, value in given.items() if value is not None}
 
@@ -355,12 +366,15 @@ def _check_options_go_with_the_name(request: LearnRequest) -> None:
         ("--membership", request.membership, ("anfis-kf",)),
         ("--method", request.method, ("anfis-kf",)),
         ("--labels", request.labels or None, LABELLED),
+        ("--bank", request.bank, ("nnvsmm-modes",)),
         ("--argmin-labels", request.argmin_labels or None, ("nnvsmm",)),
     ):
         if value is not None and request.name not in names:
             raise InputError(f"{option} is an option for {', '.join(names)}; {request.name} does not have it")
     if request.labels and request.argmin_labels:
         raise InputError("--labels and --argmin-labels are two kinds of labels; give one")
+    if request.bank is not None and request.inputs is not None:
+        raise InputError("--bank and --inputs both say which modes there are; give one")
     if request.resume and not (request.checkpoint or request.output):
         raise InputError("--resume needs a checkpoint: give --checkpoint, or the -o that the search was started with")
 

@@ -458,7 +458,9 @@ def _run_live(request: TrackRequest) -> int:
 
 def _is_archive(output: str | None) -> bool:
     """Whether an output is a folder of tracks: its name ends in /, it is a URL, or such a folder is there."""
-    return output is not None and (output.endswith(("/", os.sep)) or "://" in output or Path(output, ".jink").is_dir())
+    from ..archive.folder import is_archive
+
+    return output is not None and (output.endswith(("/", os.sep)) or "://" in output or is_archive(output))
 
 
 def _run_archive(request: TrackRequest) -> int:

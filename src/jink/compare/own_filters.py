@@ -71,6 +71,7 @@ def _maker(name: str, given: Any) -> Maker:
 
 def made(name: str, given: Any, purpose: Purpose) -> Named:
     """A filter of your own for a purpose. Errors: InputError for what is none, or does not suit the sensor."""
+    found: Any
     if inspect.isclass(given) and _is_filter(given) and not _needs_purpose(given):
         found = _called(name, lambda _: given(), purpose)
     elif callable(given) and (inspect.isclass(given) or not _is_filter(given)):

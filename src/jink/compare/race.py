@@ -6,9 +6,11 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from ..archive.folder import is_archive
 from ..catalogue.registry import FILTERS
 from ..io.errors import InputError
 from ..scenarios import Scenario, by_name
+from ..tracking.lag import Lag
 from .entrants import ALWAYS, ENTRANTS, check_names
 from .own_filters import own_filters
 from .result import Race
@@ -25,6 +27,7 @@ def compare(
     kind: str = "aircraft",
     columns: Mapping[str, str] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    lag: int | str | None = None,
 ) -> Race:
     """Race filters on a scenario, on a file that `jink simulate` wrote, or without truth on one of recorded positions.
 
@@ -34,26 +37,32 @@ def compare(
     filter of that name; raw measurements, tuned Kalman filters, the default IMM and the clairvoyant bound take
     part always. runs and seed of the Monte Carlo experiment; kind of the targets in a file and
     columns of it, role to name, as for :func:`jink.track`; progress(done,
-    runs). Interrupted (Ctrl-C), the finished runs are returned, ``partial`` being true.
+    runs). lag: every filter takes part a second time, with what is measured so many scans (2) or seconds ("8s") later.
+    Interrupted (Ctrl-C), the finished runs are returned, ``partial`` being true.
     Errors: InputError (a ValueError) for unknown names, unusable files, runs below 1 or a seed that is none.
     """
     if isinstance(runs, bool) or not isinstance(runs, int) or runs < 1:
         raise InputError(f"runs is {runs!r}; expected a whole number of at least 1")
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise InputError(f"seed is {seed!r}; expected a whole number from 0")
+    late = Lag.of(lag)
     named, own = own_filters(filters)
     names = check_names(named)
     chosen: Any = scenario
     if not isinstance(scenario, Scenario):
         text = os.fspath(scenario)
-        if os.path.isfile(text):
+        folder = is_archive(text)
+        if folder or os.path.isfile(text):
             from .recorded import race_on_file
             from .truth_file import has_truth, recorded_truth
 
-            if has_truth(text):
+            if not folder and has_truth(text):
                 from .simulated import race
 
-                return race(recorded_truth(text, kind, runs, seed), names, runs, seed, more=own, progress=progress)
+                source = recorded_truth(text, kind, runs, seed)
+                return race(source, names, runs, seed, more=own, progress=progress, lag=late)
+            if late:
+                raise InputError(f"lag is {late}; expected none without truth, where filters are scored on predictions")
             return race_on_file(text, names, kind=kind, columns=columns, seed=seed, more=own, progress=progress)
         if os.sep in text or "." in text:
             raise InputError(f"there is no file {text}")
@@ -63,4 +72,4 @@ def compare(
             raise InputError(str(error)) from None
     from .simulated import race
 
-    return race(chosen, names, runs, seed, more=own, progress=progress)
+    return race(chosen, names, runs, seed, more=own, progress=progress, lag=late)

@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from ..archive.folder import is_archive
+from ..archive.reading import sample
 from ..catalogue.purpose import Named, Purpose, Unfit
 from ..checks import Array
 from ..estimate import Status
@@ -53,7 +55,8 @@ class Recording:
 
     tracks, a part of a target's each: they count the rows for fitting; scored (N,) rows are others, unit (N,) what each
     is paired in; row (N,): its place in the file; left_out: rows in another number of axes; purpose of filters for
-    them, fitted on rows that tracks count; units: what the units are.
+    them, fitted on rows that tracks count; units: what the units are; sampled: in words, of how many targets of an
+    archive they are.
     """
 
     tracks: Tracks
@@ -63,11 +66,17 @@ class Recording:
     row: np.ndarray
     left_out: int
     purpose: Purpose
+    sampled: str = ""
 
     @property
     def sensor(self) -> Any:
         """With the typical noise of all rows."""
         return self.purpose.sensor
+
+    @property
+    def of_sample(self) -> str:
+        """In words, where only some targets were read."""
+        return f" ({self.sampled})" if self.sampled else ""
 
     @property
     def fitting(self) -> np.ndarray:
@@ -131,7 +140,8 @@ def race_on_file(
     units = int(np.unique(recording.unit[used]).size)
     return Race(
         scenario=path,
-        words=f"{recording.tracks.rows} recorded rows without truth; {int(used.sum())} held-out ones are scored",
+        words=f"{recording.tracks.rows} recorded rows{recording.of_sample} without truth; "
+        f"{int(used.sum())} held-out ones are scored",
         runs=units,
         asked=units + any(why == "interrupted" for why in skipped.values()),
         seed=seed,
@@ -152,7 +162,11 @@ def read(
     """A file, prepared as for ``jink track``, with half of it set aside for fitting; positions: a radar's plots become
     positions in metres. Errors: InputError.
     """
-    measurements = load_files([path], Reading(columns)).measurements
+    sampled = ""
+    if is_archive(path):
+        measurements, sampled = sample(path)
+    else:
+        measurements = load_files([path], Reading(columns)).measurements
     prepared = prepare(measurements, Settings(kind=kind, velocity=False))
     if not prepared.groups:
         raise InputError(f"{path}: no row is left after cleaning; jink track on this file says why")
@@ -163,10 +177,12 @@ def read(
     owner = placed.rows["target"].to_numpy().astype(str)[placed.offsets[:-1]]
     tracks = Tracks(placed.time, placed.z, placed.offsets, group.covariance, owner=owner)
     fitting, scored, unit, units, fitted = _halves(tracks, seed)
+    if sampled:
+        fitted = fitted.replace("this file", sampled)
     tracks = replace(tracks, counts=fitting)
     purpose = replace(group.purpose, name=path, fitted=fitted, loss=lambda filter: _loss(filter, tracks), recorded=True)
     left_out = sum(len(each.placed.time) for each in prepared.groups) - tracks.rows
-    return Recording(tracks, scored, unit, units, placed.rows["row"].to_numpy(), left_out, purpose)
+    return Recording(tracks, scored, unit, units, placed.rows["row"].to_numpy(), left_out, purpose, sampled)
 
 
 def _halves(tracks: Tracks, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, str, str]:

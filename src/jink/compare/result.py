@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..metrics import Comparison, Figure
 from . import manoeuvring, mode_jumps
 from .entrants import ALWAYS, Entrant
 from .example import Example
 from .scores import Tally, difference, efficiency
+
+if TYPE_CHECKING:
+    import polars as pl
 
 METRICS = (
     "position_rmse",
@@ -109,6 +113,33 @@ class Race:
         if name == "raw" or "raw" not in self.tallies:
             return False
         return self.compare(name, "raw").verdict == "worse"
+
+    def to_frame(self) -> pl.DataFrame:
+        """A polars DataFrame: filter, metric, value, se, and the difference to imm with its paired 95% interval.
+
+        Errors: ImportError without polars.
+        """
+        import polars as pl
+
+        names = ("difference_to_imm", "low", "high", "verdict")
+        rows: list[dict[str, str | float | None]] = []
+        for filter in self.tallies:
+            against = self._comparisons(filter).get("imm", {})
+            for metric, figure in self.figures(filter).items():
+                told = against.get(metric, {})
+                compared = [told.get(name) for name in ("difference", "low", "high", "verdict")]
+                row = {"filter": filter, "metric": metric, "value": figure.value, "se": figure.se}
+                rows.append(row | dict(zip(names, compared, strict=True)))
+        kinds = {name: pl.String if name == "verdict" else pl.Float64 for name in names}
+        schema = {"filter": pl.String, "metric": pl.String, "value": pl.Float64, "se": pl.Float64, **kinds}
+        return pl.DataFrame(rows, schema=schema).with_columns(pl.col("value", "se").fill_nan(None))
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write the page that ``jink compare --report`` writes. Errors: OSError where it cannot be written."""
+        # pages stand above this room: the public face finds them
+        from jink import plot
+
+        plot(self).save(path)
 
     def as_dict(self) -> dict[str, Any]:
         """What `--json` writes: plain numbers, null where there is none."""

@@ -16,6 +16,7 @@ from ..io.errors import InputError
 from ..metrics.errors import squared
 from ..models.outliers import Outliers
 from ..scenarios import SCENARIOS, Scenario, Simulation
+from ..tracking.lag import Lag
 from . import bounds, manoeuvring, mode_jumps, near_optimal
 from .adding import add_at
 from .entrants import SUFFIX, Entrant, enter
@@ -26,6 +27,7 @@ from .priors import PRIORS
 from .result import Race
 from .scores import Tally, part, scored
 from .source import Source, drawn
+from .treated import lagged, with_noise_of
 
 CHUNK_ROWS = 25_000  # scans that all filters see before the next ones are simulated
 PER_AXIS = ("lee-2003",)  # whose source runs every filter along each axis by itself
@@ -61,6 +63,7 @@ def race(
     more: Mapping[str, Callable[[Purpose], Named]] | None = None,
     progress: Callable[[int, int], None] | None = None,
     guests: Sequence[Entrant] = (),
+    lag: Lag | None = None,
 ) -> Race:
     """See :func:`jink.compare.compare`; more: filters beside ``FILTERS``, made as those are; guests take part as they
     are.
@@ -80,6 +83,9 @@ def race(
                 entrants[name] = _enter(name, field, seed, runs)
         except Unfit as reason:
             skipped[name] = str(reason)
+    if lag is not None:
+        late, why = lagged(entrants, lag)
+        entrants, skipped = entrants | late, skipped | why
     tallies = {name: Tally() for name in entrants}
     done, shown = 0, None
     try:
@@ -166,7 +172,7 @@ def _loss(filter: Any, training: Simulation, first: int) -> float:
 
 def _enter(name: str, field: Field, seed: int, runs: int) -> Entrant:
     if name.endswith(SUFFIX):
-        return from_file(name, field.purpose, seed, runs)
+        return with_noise_of(from_file(name, field.purpose, seed, runs), field.purpose.sensor)
     entrant = enter(name, field.purpose)
     if name == "clairvoyant":
         if field.told is None:

@@ -55,7 +55,7 @@ def rebuilt(value: dict[str, Any], at: str, own: bool) -> Any:
     try:
         if is_dataclass(kind):
             return kind(**{f.name: given.pop(f.name) for f in fields(kind) if f.init and f.name in given}, **given)
-        made = kind.__new__(kind)
+        made: Any = object.__new__(kind)
         vars(made).update(given)
         return made
     except TypeError as error:

@@ -40,6 +40,10 @@ class Density:
         dof = there.sum(axis=1)
         return {"nis": nis, "log_likelihood_scan": -0.5 * (nis + log_det + dof * np.log(2.0 * np.pi))}
 
+    def expected(self, x: Array, P: Array) -> tuple[Array, Array]:
+        """h(x) (B, m) and its derivatives (B, m, n)."""
+        return self._seen(x), self._jacobian(x, P)
+
     def _seen(self, x: Array) -> Array:
         found = {k: np.stack([x[:, p] if p >= 0 else 0.0 * x[:, 0] for p in at], 1) for k, at in self._places.items()}
         return self._sensor.observe(SimpleNamespace(position=found["p"], velocity=found["v"]))

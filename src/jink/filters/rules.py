@@ -54,10 +54,17 @@ def declared_rules(
         if not isinstance(coasting, Coasting):
             raise TypeError(f"coasting: expected jink.Coasting, got {type(coasting).__name__}")
         declaration.coasting = coasting.native()
-    one_point = isinstance(initial, OnePoint)
-    declaration.start = native.Start.one_point if one_point else native.Start.two_point
+    declaration.start = _start_of(initial)
     declaration.velocity_variance = velocity_sd * velocity_sd
     return declaration
+
+
+def _start_of(initial: TwoPoint | OnePoint | Prior) -> native.Start:
+    if isinstance(initial, OnePoint):
+        return native.Start.one_point
+    if isinstance(initial, TwoPoint) and initial.bounded:
+        return native.Start.bounded_two_point
+    return native.Start.two_point
 
 
 def _probabilities(given: ArrayLike | None, modes: int, continuous: bool, matrix: Array) -> Array:

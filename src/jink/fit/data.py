@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,8 @@ MISPLACED = 10.0  # times the measurement's sd that the truth may lie off, in th
 @dataclass(frozen=True, kw_only=True)
 class Training:
     """tracks to fit on; the purpose that filters are made for; check(entrants): a race on data held out, some of whose
-    tracks are held_out; apart: what keeps the two from meeting, as a filter's file says it; words for people."""
+    tracks are held_out; apart: what keeps the two from meeting, as a filter's file says it; words for people; joint():
+    the same with all axes in one track, where every axis is a track of its own."""
 
     name: str
     words: str
@@ -48,16 +50,19 @@ class Training:
     apart: str
     unit: str
     held_out: Tracks
+    joint: Callable[[], Training] | None = None
 
 
-def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_runs: int) -> Training:
-    """Training draws of one scenario or several of the same axes. Errors: InputError."""
+def from_scenarios(
+    names: Sequence[str | Scenario], runs: int, seed: int, check_runs: int, joint: bool = False
+) -> Training:
+    """Training draws of one scenario or several of the same axes; joint: all axes in one track. Errors: InputError."""
     try:
         scenarios = [each if isinstance(each, Scenario) else by_name(each) for each in names]
     except ValueError as error:
         raise InputError(str(error)) from None
     first = prepare(drawn(scenarios[0], 1, seed), FIRST)
-    apart = first.purpose.per_axis and len(scenarios) == 1 and first.purpose.seen.position_only
+    apart = first.purpose.per_axis and len(scenarios) == 1 and first.purpose.seen.position_only and not joint
     parts = [_simulated(s, runs, FITTING, seed, f, apart) for f, s in enumerate(scenarios)]
     axes = {part.z.shape[1] for part in parts}
     if len(axes) > 1:
@@ -83,6 +88,7 @@ def from_scenarios(names: Sequence[str | Scenario], runs: int, seed: int, check_
         apart="all",
         unit="runs",
         held_out=_simulated(scenarios[0], SHOWN, 0, seed, 0, apart),
+        joint=partial(from_scenarios, names, runs, seed, check_runs, joint=True) if apart else None,
     )
 
 
@@ -186,7 +192,10 @@ def _held_out(tracks: Tracks, scored: np.ndarray) -> Tracks:
 
 
 def along_axes(training: Training, start: Any) -> Training:
-    """The same data for a filter that starts from this one: every axis as a track of its own where it has one axis."""
+    """The same data for a filter that starts from this one: every axis as a track of its own where it has one axis, all
+    in one track where it has several."""
+    if training.joint is not None and not of_one_axis(start):
+        return training.joint()
     if not of_one_axis(start) or training.tracks.z.shape[1] < 2 or not training.purpose.sensor.position_only:
         return training
     apart, shown = training.tracks.axes_apart(), training.held_out.axes_apart()

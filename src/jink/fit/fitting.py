@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..archive.folder import is_archive
 from ..catalogue.purpose import Unfit
 from ..catalogue.registry import FILTERS, canonical
 from ..checks import unknown
@@ -143,7 +144,7 @@ def training_data(
     for name, number in (("runs", runs), ("check_runs", check_runs)):
         if isinstance(number, bool) or not isinstance(number, int) or number < 1:
             raise InputError(f"{name} is {number!r}; expected a whole number of at least 1")
-    if isinstance(data, Path) or (isinstance(data, str) and Path(data).is_file()):
+    if isinstance(data, Path) or (isinstance(data, str) and (Path(data).is_file() or is_archive(data))):
         wanted = parse_truth(truth, str(data)) if isinstance(truth, str) else truth
         return from_file(str(data), kind, seed, columns, wanted, positions)
     if isinstance(data, str):

@@ -21,7 +21,7 @@ from .units import CLOCKS
 
 USED = {  # roles that matter beside the position itself, by its kind
     "geographic": {"altitude", "nacp", "nic", "gva", "course", "velocity_x", "velocity_y", "vertical_rate"},
-    "cartesian": {"z", "course", "velocity_x", "velocity_y", "vertical_rate"},
+    "cartesian": {"z", "course", "velocity_x", "velocity_y", "vertical_rate", "range", "azimuth"},
     "polar": {"elevation", "altitude", "range_rate"},
 }
 SEVERAL = ("target", "time", "altitude")  # roles for which other columns are kept in mind

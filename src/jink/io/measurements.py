@@ -104,6 +104,7 @@ def measure(
         seconds, notes = mend(seconds, sheet.codes(), first, second, sheet.position)
         noticed += notes
     _no_heights(sheet, values, seconds)
+    radar = seen_by_radar(sheet, values)
     ground = grounded(sheet)
     ground_sd = np.full(frame.height, np.nan) if stream else _on_the_ground(sheet, values, seconds)
     if check_coordinates:
@@ -127,6 +128,7 @@ def measure(
         pl.Series("dilution", dilution(sheet)),
         pl.Series("grounded", np.isfinite(ground_sd)),
         *([pl.Series("on_ground", ground)] if ground.any() else []),
+        *([pl.Series("seen_by_radar", radar)] if radar.any() else []),
         pl.Series("altitude_sd", np.where(np.isnan(ground_sd), altitude_sd.to_numpy(), ground_sd)),
     )
     rejected, good = _reject(rows, problems)
@@ -169,6 +171,28 @@ def _positions(sheet: Sheet, altitude_unit: str | None) -> tuple[dict[str, np.nd
     if sheet.position == "geographic":
         _degrees(values)
     return values, problems
+
+
+def seen_by_radar(sheet: Sheet, values: dict[str, np.ndarray]) -> np.ndarray:
+    """Rows (N,) whose x and y are those of a radar at the origin: the table has its ranges and azimuths too."""
+    none = np.zeros(sheet.frame.height, bool)
+    if sheet.position != "cartesian":
+        return none
+    if "range" in sheet and "azimuth" in sheet:
+        reach, _ = numbers(sheet.series("range"))
+        reach = reach * (sheet.roles["range"].unit or 1.0)
+        with np.errstate(invalid="ignore", over="ignore"):
+            # a slant range is longer than the way along the ground
+            along = np.hypot(values["x"], values["y"])
+            same = np.isfinite(reach) & (along <= 1.001 * reach + 1.0) & (along >= 0.9 * reach)
+        known = np.isfinite(reach)
+        if known.any() and same[known].mean() > 0.9:
+            sheet.notes.append("x and y are those of a radar at the origin: their noise is that of range and azimuth")
+            return np.ones(sheet.frame.height, bool)
+    for role in ("range", "azimuth"):
+        if role in sheet:
+            sheet.drop(role)
+    return none
 
 
 def _no_heights(sheet: Sheet, values: dict[str, np.ndarray], seconds: np.ndarray) -> None:

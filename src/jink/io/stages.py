@@ -12,7 +12,7 @@ from functools import wraps
 from threading import Lock, get_ident
 from typing import Any, TypeVar
 
-STAGES: tuple[str, ...] = ("read", "recognise", "clean", "place", "noise", "filter", "table", "write")
+STAGES: tuple[str, ...] = ("read", "recognise", "clean", "place", "noise", "filter", "table", "check", "write")
 REST = "rest"  # what no stage is about
 
 F = TypeVar("F", bound=Callable[..., Any])

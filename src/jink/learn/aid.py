@@ -12,6 +12,7 @@ from ..catalogue.tuning import best_noise
 from ..checks import Array
 from ..estimate import Status
 from ..filters.kalman import Kalman
+from ..metrics.figure import ratio_influence, spread
 from ..models.corrector import CORRECTS, INPUTS, MOST_SUMS, Corrector, history_of
 from ..models.motion import ConstantAcceleration
 from ..models.sensor import Position
@@ -172,6 +173,35 @@ def fit_corrector(
         corrects=tuple(corrects),
     )
     return replace(found, sd_factors=sd_factors(filter, validation, found))
+
+
+def weakened(filter: Any, runs: Runs, corrector: Corrector) -> tuple[Corrector, tuple[float, ...]]:
+    """The corrector, each correction times a gain between 0 and 1, and these gains.
+
+    A correction a of the error e leaves the least error at γ = Σ e a / Σ a². The gain is the least over the families of
+    runs of γ − 2 standard errors, taken over their runs: an aid helps each kind of target that it is checked on, or is
+    silent. A family of one run has no standard error.
+    """
+    seen = watch(filter, runs)
+    gains = []
+    for name, added in correction(corrector, seen).items():
+        error = getattr(runs, name) - seen.estimate[name]
+        good = seen.updated & np.isfinite(error)
+        e, a = np.where(good, error, 0.0), np.where(good, added, 0.0)
+        along, square = (e * a).sum(axis=(1, 2)), (a * a).sum(axis=(1, 2))
+        bounds = [_least(along[runs.family == k], square[runs.family == k]) for k in np.unique(runs.family)]
+        gains.append(min(max(min(bounds), 0.0), 1.0))
+    scale = tuple(s * gain for s, gain in zip(corrector.output_scale, gains, strict=True))
+    weak = replace(corrector, output_scale=scale)
+    return replace(weak, sd_factors=sd_factors(filter, runs, weak)), tuple(gains)
+
+
+def _least(along: Array, square: Array) -> float:
+    """The lower end of Σ along / Σ square; one where there is no correction at all."""
+    if not square.any():
+        return 1.0
+    gain, influence = ratio_influence(along, square)
+    return gain - 2 * spread(influence) if len(along) > 1 else gain
 
 
 def sd_factors(filter: Any, runs: Runs, corrector: Corrector) -> tuple[float, ...]:

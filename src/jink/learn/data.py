@@ -21,7 +21,8 @@ class Runs:
     """Measured positions with their truth: run b, scan k, axis a.
 
     time (B, S) s; z, position, velocity, acceleration (B, S, axes) in SI units, NaN where missed or unknown; sd (m) of
-    the measurement; name says where they come from, numbers (B,) which runs of it they are.
+    the measurement; name says where they come from, numbers (B,) which runs of it they are; family (B,) from 0, which
+    runs are of one kind, those of one scenario.
     """
 
     time: Array
@@ -32,6 +33,7 @@ class Runs:
     sd: float
     name: str
     numbers: np.ndarray
+    family: np.ndarray
 
     def __len__(self) -> int:
         return len(self.time)
@@ -48,7 +50,7 @@ class Runs:
 
     def take(self, which: np.ndarray | slice | list[int]) -> Runs:
         """Some of the runs, by their places."""
-        return replace(self, **{name: getattr(self, name)[which] for name in ("time", "z", *TRUTHS, "numbers")})
+        return replace(self, **{name: getattr(self, name)[which] for name in ("time", "z", *TRUTHS, *OF_RUNS)})
 
     def along(self, axes: list[int]) -> Runs:
         """Some of the axes."""
@@ -58,7 +60,8 @@ class Runs:
         """Every axis as a run of its own, axis by axis: (axes · B, S, 1)."""
         wide = {name: getattr(self, name) for name in ("z", *TRUTHS)}
         apart = {name: np.concatenate([*np.moveaxis(v, 2, 0)])[..., None] for name, v in wide.items()}
-        return replace(self, time=np.tile(self.time, (self.axes, 1)), numbers=np.tile(self.numbers, self.axes), **apart)
+        copied = {name: np.tile(getattr(self, name), self.axes) for name in OF_RUNS}
+        return replace(self, time=np.tile(self.time, (self.axes, 1)), **copied, **apart)
 
     def split(self, seed: int = 0, shares: tuple[float, float] = SPLIT) -> tuple[Runs, Runs, Runs]:
         """Training, validation and test runs: whole runs, drawn at random.
@@ -78,6 +81,7 @@ class Runs:
 
 
 TRUTHS = ("position", "velocity", "acceleration")
+OF_RUNS = ("numbers", "family")
 
 
 def from_scenario(
@@ -111,6 +115,7 @@ def from_scenario(
         sd=float(sd),
         name=f"{found.name}, {sd:g} m, seed {seed}",
         numbers=s.runs,
+        family=np.zeros(len(s.runs), dtype=int),
     )
 
 
@@ -145,6 +150,7 @@ def from_tracks(tracks: Tracks, sd: float, name: str) -> Runs:
         sd=positive("sd", sd),
         name=name,
         numbers=np.arange(len(tracks)),
+        family=np.zeros(len(tracks), dtype=int) if tracks.family is None else tracks.family,
     )
 
 
@@ -208,4 +214,6 @@ def joined(parts: list[Runs]) -> Runs:
 
     arrays = {name: np.concatenate([filled(p, name) for p in parts]) for name in ("time", "z", *TRUTHS)}
     numbers = np.concatenate([part.numbers for part in parts])
-    return Runs(sd=parts[0].sd, name="; ".join(p.name for p in parts), numbers=numbers, **arrays)
+    before = np.cumsum([0, *(part.family.max(initial=-1) + 1 for part in parts)])
+    family = np.concatenate([part.family + k for part, k in zip(parts, before, strict=False)])
+    return Runs(sd=parts[0].sd, name="; ".join(p.name for p in parts), numbers=numbers, family=family, **arrays)

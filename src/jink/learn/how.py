@@ -19,7 +19,8 @@ class How:
     default a hundredth of that; inputs: those of the sub-models; own_inputs: each sub-model learns on a target of its
     own input instead of the data. base: the filter to be aided; aid_inputs: what its aid looks at; functions,
     membership, method: of an ANFIS how many functions each input has, of which form, and how they are trained. labels:
-    networks learn which mode was right instead of the tracking error, "argmin" as published. progress(words, done, of)
+    networks learn which mode was right instead of the tracking error, "argmin" as published. bank: the kinds of motion
+    that a network scores, names of ``jink.learn.recipes.BANK``. progress(words, done, of)
     is called as it goes on; checkpoint: of searches by populations.
     """
 
@@ -40,6 +41,7 @@ class How:
     membership: str | None = None
     method: str | None = None
     labels: bool | str = False
+    bank: tuple[str, ...] = ()
     checkpoint: str | os.PathLike[str] | None = None
     progress: Callable[[str, int, int], None] | None = None
 

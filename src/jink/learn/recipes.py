@@ -14,7 +14,7 @@ from ..filters.aided import Aided
 from ..filters.kalman import Kalman
 from ..filters.neural_vsmm import NetworkNoise, NeuralModes
 from ..models.corrector import CORRECTS
-from ..models.motion import ConstantVelocity
+from ..models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Motion
 from ..models.provenance import VERSION, Trained
 from ..models.sensor import Position
 from .data import Runs
@@ -34,6 +34,12 @@ SEEN = {
     "sums": "sums of the last 1, 2, 4 and 8 innovations",
 }
 MOST_RULES = 256  # of an ANFIS
+# modes of each kind for targets that pull so much (m/s²); acceleration and turn as in imm-cv-ca and imm-cv-ct
+BANK: dict[str, Callable[[float], list[Motion]]] = {
+    "cv": lambda a: [ConstantVelocity(acceleration_sd=share * a) for share in (RANGE[0], 0.1, 1.0)],
+    "ca": lambda a: [ConstantAcceleration(jerk_psd=(a / 40) ** 2, acceleration_prior_sd=a)],
+    "ct": lambda a: [CoordinatedTurn(acceleration_psd=(a / 20) ** 2, turn_rate_psd=2.5e-7, turn_rate_prior_sd=0.06)],
+}
 NETWORK = {"hidden": (32,), "epochs": 60, "batch": 1024}
 
 
@@ -44,7 +50,7 @@ def aided(model: str) -> Recipe:
     """A filter with a corrector on its last innovations."""
 
     def make(training: Runs, validation: Runs, how: How) -> Aided:
-        from .aid import fit_corrector, tuned_acceleration
+        from .aid import fit_corrector, tuned_acceleration, weakened
 
         base = how.base if how.base is not None else tuned_acceleration(training)
         inputs = how.aid_inputs
@@ -63,10 +69,17 @@ def aided(model: str) -> Recipe:
             **settings,
         )
         trained_by = f" of {settings['method']}" if "method" in settings else ""
-        said = _trained(training, f"{model} on {SEEN[inputs]}, {epochs} epochs{trained_by}", how)
+        corrector, gains = weakened(base, validation, corrector)
+        said = _trained(
+            training, f"{model} on {SEEN[inputs]}, {epochs} epochs{trained_by}, gain {_percent(gains)}", how
+        )
         return Aided(base, replace(corrector, trained=said))
 
     return make
+
+
+def _percent(gains: tuple[float, ...]) -> str:
+    return " and ".join(f"{100 * gain:.0f} %" for gain in gains)
 
 
 def _anfis(inputs: str, how: How) -> dict[str, Any]:
@@ -121,17 +134,19 @@ def noise_network(training: Runs, validation: Runs, how: How) -> Kalman:
 
 
 def mode_network(training: Runs, validation: Runs, how: How) -> NeuralModes:
-    """A network that scores constant-velocity modes of five noises, on labels or on the tracking error itself."""
+    """A network that scores constant-velocity modes of five noises, on labels or on the tracking error itself; or the
+    modes of a bank, on labels.
+    """
     from .modes import train_scores, untrained
     from .modes_end_to_end import train_scores_end_to_end
 
     _plane(training)
     sds = how.inputs or tuple(np.geomspace(*RANGE, 5) * how.acceleration)
-    motions: list[Any] = [ConstantVelocity(acceleration_sd=float(sd)) for sd in sds]
-    if how.labels:
+    motions: list[Any] = _bank(how) or [ConstantVelocity(acceleration_sd=float(sd)) for sd in sds]
+    if how.labels or how.bank:
         epochs = how.epochs or 100
-        network = train_scores(motions, training, validation, best=min(3, len(sds)), epochs=epochs, seed=how.seed)
-        method = "labels of the best mode"
+        network = train_scores(motions, training, validation, best=min(3, len(motions)), epochs=epochs, seed=how.seed)
+        method = f"labels of the best of {len(motions)} modes"
     else:
         steps = how.epochs or 120
         network = train_scores_end_to_end(
@@ -146,6 +161,17 @@ def mode_network(training: Runs, validation: Runs, how: How) -> NeuralModes:
         method = f"end to end on the tracking error, {steps} steps"
     network = replace(network, trained=_trained(training, method, how))
     return NeuralModes(motions, _sensor(training), network)
+
+
+def _bank(how: How) -> list[Motion]:
+    """The motions of the bank that was asked for. Errors: ValueError for other kinds, a kind twice, or one mode."""
+    wrong = [kind for kind in how.bank if kind not in BANK] or [k for k in how.bank if how.bank.count(k) > 1]
+    if wrong:
+        raise ValueError(f"bank: expected some of {', '.join(BANK)}, each once, got {','.join(how.bank)}")
+    motions = [motion for kind in how.bank for motion in BANK[kind](how.acceleration)]
+    if len(motions) == 1:
+        raise ValueError(f"bank: {how.bank[0]} is one mode; expected at least two, for example cv,{how.bank[0]}")
+    return motions
 
 
 RECIPES: dict[str, Recipe] = {

@@ -20,7 +20,8 @@ class Radar:
     What is measured is ``sd`` (m, positions), or ``range_sd`` (m) and ``azimuth_sd`` (rad) from ``site``, or any
     ``sensor`` of :mod:`jink.models.sensor`; the filter's own sensor if none is given. detection: probability that a
     target is seen in a scan. clutter_per_scan: false plots, None: learned from the plots. What is given is corrected by
-    the plots too, unless learn_clutter=False. area: (x from, x to, y from, y to) in m, or ``reach`` (m) around the
+    the plots too, unless learn_clutter=False. learn_detection: the detection probability too, from the share of scans
+    in which confirmed tracks have a plot. area: (x from, x to, y from, y to) in m, or ``reach`` (m) around the
     site: what the sensor looks at; None: where its plots are. height (m) and fastest (m/s): how far false heights and
     speeds spread, where those are measured. period (s): of a scan. scanning=False: reports come when they come (ADS-B),
     so that none is missed.
@@ -41,6 +42,7 @@ class Radar:
     fastest: float = 300.0
     scanning: bool = True
     learn_clutter: bool = True
+    learn_detection: bool = False
     name: str = "radar"
 
     def __post_init__(self) -> None:

@@ -43,10 +43,12 @@ def write_report(
     shown as tables. Raises ValueError naming missing columns, OSError when `path` cannot be written. Every
     number is computed from all rows; only what is drawn is decimated, keeping the shape of every curve.
     """
-    write_page(path, _page_text(tracks, summary, title or _title(summary)))
+    write_page(path, page_text(tracks, summary, title))
 
 
-def _page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str) -> str:
+def page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str | None = None) -> str:
+    """The page as HTML."""
+    title = title or _title(summary)
     every = read_rows(tracks)
     check = _check(every)
     cards = consistency_card(check, int(np.sum(every.status == Status.gated)))

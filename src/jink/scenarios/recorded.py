@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
+from ..catalogue.names import KindName
 from ..checks import Array, positive
 from ..io.errors import InputError
 from ..metrics.draws import Draws
@@ -125,7 +126,7 @@ def recorded(
     """
     from ..tracking.batch import track
 
-    tracks = track(data, kind=kind, smooth=True, details=True, **options).tracks
+    tracks = track(data, kind=cast(KindName, kind), smooth=True, details=True, **options).tracks
     flights = tuple(_flights(tracks, positive("duration", duration)))
     axes = flights[0].points.shape[1]
     observation, interval, jitter = RADARS["radar-4s"]

@@ -11,6 +11,7 @@ A motion model is any object with
     G(dt)             optional: (B, n, axes), what a known acceleration adds
     components        optional names; default px vx (ax) py vy (ay) ... by their number
     prior_variance    by name: where components start that no position gives, or that other modes lack
+    step_seconds      optional: it is for whole numbers of such steps alone
     name              optional, of the mode
 
 and a sensor any object with

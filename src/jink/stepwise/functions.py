@@ -63,7 +63,8 @@ class StepFunction:
     def __init__(self, name: str, function: Callable[..., Any], shape: tuple[int, ...], states: int | None) -> None:
         self.name, self.function, self.shape, self.of_state = name, function, shape, states is not None
         tracks = max(shape) + 1  # so that no axis of the result is taken for the tracks
-        dt = 0.5 + 0.25 * np.arange(tracks)
+        every = getattr(getattr(function, "__self__", None), "step_seconds", None)
+        dt = 0.5 + 0.25 * np.arange(tracks) if every is None else every * (1.0 + np.arange(tracks))
         x = 1.0 + 0.1 * np.arange(tracks * (states or 0)).reshape(tracks, -1)
         together, why = self._attempt(lambda: self._once(x, dt, dt))
         one_by_one, why_not = self._attempt(

@@ -50,8 +50,7 @@ class Scan:
         self.reported = [Seen(mode, self.components) for mode in self.modes]
         self._transition = (d.continuous, d.transition, len(self.modes))
         self.initial_probability = np.asarray(d.initial_probability, dtype=float)
-        one_point = d.start == native.Start.one_point
-        self.start = Start(self.modes, self.initial_probability, axes, one_point, d.velocity_variance)
+        self.start = Start(self.modes, self.initial_probability, axes, d.start, d.velocity_variance)
         self._at = [[_places(j.components, i.components) for i in self.modes] for j in self.modes]
 
     def new(self, tracks: int) -> States:
@@ -191,7 +190,7 @@ class Scan:
             weigh(s, ahead.prior, nis, det, replace(out))
             out.gated = out.gated & ~explained
         surprise.add(s, best, out.dof, out.measured & s.running & ~out.gated)
-        s.rejections = np.where(out.measured, np.where(out.gated, s.rejections + 1, 0.0), s.rejections)
+        s.rejections = np.where(out.measured & s.running, np.where(out.gated, s.rejections + 1, 0.0), s.rejections)
         if not out.gated.any():
             return
         rows = np.flatnonzero(out.gated)

@@ -4,20 +4,25 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .._engine import native
 from .functions import Array
 from .modes import Mode
 from .sensors import Fix
 from .states import Outcome, States
+
+# a second position contradicts the first where it is so many sds of the speed away; so often in a row, it is believed
+FARTHEST_SDS, CONTRADICTIONS = 5.0, 2
 
 
 class Start:
     """Starts tracks of these modes. velocity_variance holds for a track started from one point."""
 
     def __init__(
-        self, modes: Sequence[Mode], probability: Array, axes: int, one_point: bool, velocity_variance: float
+        self, modes: Sequence[Mode], probability: Array, axes: int, start: native.Start, velocity_variance: float
     ) -> None:
         self.modes, self.probability = modes, probability
-        self.one_point, self.velocity_variance = one_point, velocity_variance
+        self.one_point, self.bounded = start == native.Start.one_point, start == native.Start.bounded_two_point
+        self.velocity_variance = velocity_variance
         self.places = [{kind: self._places(mode, kind, axes) for kind in "pva"} for mode in modes]
 
     @staticmethod
@@ -38,6 +43,9 @@ class Start:
         """Tracks without a state start from one position; the second completes a two-point start."""
         fresh = fix.position & (~s.started | out.restarted)
         second = fix.position & s.started & ~s.running & ~out.restarted
+        given_up = self._contradicted(s, fix, second) if self.bounded else np.zeros_like(second)
+        tries = s.rejections + 1.0
+        fresh, second = fresh | given_up, second & ~given_up
         if second.any():
             self._complete(s, fix, np.flatnonzero(second & (s.time > s.first_time)))
         if fresh.any():
@@ -49,7 +57,7 @@ class Start:
         out.log_likelihood = np.where(out.scored | out.restarted, out.log_likelihood, 0.0)
         out.scored = out.scored & ~fresh
         s.started = s.started | fresh
-        s.rejections = np.where(fresh, 0.0, s.rejections)
+        s.rejections = np.where(given_up, tries, np.where(fresh | (second & s.running), 0.0, s.rejections))
         s.surprise, s.surprise_dof = np.where(fresh, 0.0, s.surprise), np.where(fresh, 0.0, s.surprise_dof)
         s.last_accepted = np.where(fresh | second, s.time, s.last_accepted)
 
@@ -71,6 +79,28 @@ class Start:
             s.x[j][rows], s.P[j][rows] = x, P
         s.probability[rows] = self.probability
         s.first[rows], s.first_P[rows], s.first_time[rows] = fix.p, fix.P, s.time[rows]
+
+    def _contradicted(self, s: States, fix: Fix, second: Array) -> Array:
+        """Where a target of this speed cannot have come from the first position to the second."""
+        step = s.time - s.first_time
+        spread = np.einsum("baa->ba", fix.P + s.first_P) + (self.velocity_variance * step**2)[:, None]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            far = ((fix.p - s.first) ** 2 / spread).sum(axis=1) > FARTHEST_SDS**2
+        return second & (step > 0) & far & (s.rejections < CONTRADICTIONS)
+
+    def _slow_down(self, x: Array, P: Array, places: list[tuple[int, int]], which: Array) -> None:
+        """Conditions velocities on N(0, velocity_variance), in place."""
+        for _, v in places:
+            column = P[:, :, v] * which[:, None]
+            over = 1.0 / (P[:, v, v] + self.velocity_variance)
+            kept = np.where(which, self.velocity_variance * over, 1.0)
+            others = np.arange(P.shape[1]) != v
+            x -= others * column * (over * x[:, v])[:, None]
+            P -= others[:, None] * others * column[:, :, None] * column[:, None, :] * over[:, None, None]
+            x[:, v] *= kept
+            # by what remains of it, without cancellation
+            P[:, v, :] *= np.where(others, kept[:, None], 1.0)
+            P[:, :, v] *= kept[:, None]
 
     def _complete(self, s: States, fix: Fix, rows: Array) -> None:
         """Two-point differencing: v = (z₂ − z₁)/T, with acceleration of prior variance over the step."""
@@ -95,6 +125,8 @@ class Start:
                     c = accelerations[a]
                     P[:, v, v] += 0.25 * step * step * mode.prior[c]
                     P[:, c, v] = P[:, v, c] = 0.5 * step * mode.prior[c]
+            if self.bounded:
+                self._slow_down(x, P, places["v"], s.rejections[rows] < CONTRADICTIONS)
             s.x[j][rows], s.P[j][rows] = x, P
         s.running[rows] = True
 

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import os
 import time as clock
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Generic, Literal, NamedTuple, TypedDict, TypeVar, Unpack, overload
 
 import numpy as np
 import polars as pl
 
+from ..catalogue.names import FilterName, KindName
+from ..filters.axis_by_axis import AxisByAxis
+from ..filters.bank import Bank
 from ..io.conventions import Conventions
 from ..io.errors import InputError
 from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
-from .ground import lowest_ground
 from .lag import Lag
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
@@ -29,14 +32,65 @@ from .stretches import Piece, SegmentsGoOn, Stretched, pieces
 from .summary import reasons, summarise
 
 Progress = Callable[[str, int, int], None]
+F = TypeVar("F")  # a DataFrame of any library
 
 
-class Tracked(NamedTuple):
+class Tracked(NamedTuple, Generic[F]):
     """Tracks, the rows that are in none of them, and what was done and found."""
 
-    tracks: Any
-    rejected: Any
+    tracks: F
+    rejected: F
     summary: dict[str, Any]
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write the page that ``jink track --report`` writes. Errors: OSError where it cannot be written."""
+        # pages stand above this room: the public face finds them
+        from jink import plot
+
+        plot(self).save(path)
+
+
+class Options(TypedDict, total=False):
+    """What :func:`track` can be told beside the data; see there."""
+
+    filter: FilterName | Bank | AxisByAxis | None
+    kind: KindName
+    smooth: bool
+    lag: int | str | None
+    columns: Mapping[str, str] | None
+    sensor_sd: float | str | Mapping[str, float] | None
+    site: Sequence[float] | Mapping[str, Sequence[float]] | None
+    gap: float | None
+    min_points: int
+    sort: bool
+    drop_duplicates: bool
+    drop_stale: bool
+    check_coordinates: bool
+    altitude_unit: Literal["ft", "m"] | None
+    time_unit: Literal["s", "ms", "us", "ns"] | None
+    day_first: bool | None
+    time_format: str | None
+    time_zone: str | None
+    axes: Literal["enu", "ned"] | None
+    azimuth_from: Literal["north", "east"] | None
+    threads: int | None
+    anonymous: bool | Mapping[str, Any]
+    velocity: bool
+    keep: Sequence[str] | None
+    every: float | str | None
+
+
+Files = str | Path | Sequence[str] | Sequence[Path]
+
+
+@overload
+def track(data: Files, *, details: Literal[False] = False, **options: Unpack[Options]) -> pl.DataFrame: ...
+@overload
+def track(data: Files, *, details: Literal[True], **options: Unpack[Options]) -> Tracked[pl.DataFrame]: ...
+@overload
+def track(data: F, *, details: Literal[False] = False, **options: Unpack[Options]) -> F: ...
+@overload
+def track(data: F, *, details: Literal[True], **options: Unpack[Options]) -> Tracked[F]: ...
 
 
 def track(
@@ -206,6 +260,8 @@ def nothing_left(count: int, why: Sequence[tuple[str, int]]) -> str:
     lines = "\n".join(f"  {count:>9,}  {reason}" for reason, count in why)
     short = any(reason.startswith("fewer than") for reason, _ in why)
     hint = "\n  --min-points 1 keeps single positions, such as those of one snapshot" if short else ""
+    if any(reason.startswith("marked as not valid") for reason, _ in why):
+        hint += "\n  --no-check believes rows that are marked as not valid"
     return f"no track is left: all {count:,} rows were rejected, because:\n{lines}{hint}"
 
 
@@ -223,7 +279,6 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
         name, why = type(group.filter).__name__, group.filter.not_smoothed
         raise InputError(f"smooth: {name} cannot be smoothed: {why}")
     placed, covariance, even = group.placed, group.covariance, None
-    ground = lowest_ground(placed, group.level.covariance)
     if settings.every is not None:
         grid = resampled(placed, covariance, settings.every)
         placed, covariance, even = grid.placed, grid.covariance, grid.even
@@ -234,7 +289,7 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
         some = placed.some(piece.rows)
         if piece.part is not None:
             some = replace(some, new=np.arange(some.new.size) == 0)
-        table = tracks_table(some, estimate, absolute, ground)
+        table = tracks_table(some, estimate, absolute, group.ground)
         if even is not None:
             table = table.with_columns(even=pl.Series(even[piece.rows]))
         return table if piece.part is None else going_on.table(table, piece.rows.start == piece.part.start)

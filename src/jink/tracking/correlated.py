@@ -1,21 +1,32 @@
 """Whether the errors of positions are correlated in time, from the positions themselves.
 
 Third differences of every row, of every second row, of every fourth ... cancel motion and leave noise (`scatter`).
-White noise gives the same sd at every spacing, and motion gives one that more than doubles with each. Errors of GPS,
-which wander over some seconds, give one that grows and then stays: from there on they are independent.
+Their variance at a spacing of s rows, T seconds each, is
+
+    V(s) = w² + σ² (10 − 15 ρ + 6 ρ² − ρ³) / 10 + q s³ + j s⁶,   ρ = exp(−s T / τ)
+
+of white errors w, errors σ that die away with τ (first-order Markov, as those of GPS), white accelerations and steady
+turns. All parts are at least zero. Errors count as correlated where the variances are explained with σ, and not
+without.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain, combinations
 
 import numpy as np
 
 from .scatter import MEDIAN, grouped_quantile, third_differences
 
 SPACINGS = (1, 2, 4, 8, 16, 32)
-LEAST = 40  # differences of one spacing
-FLAT = 1.35  # two spacings have the same sd
-STEEP = 2.5  # times the sd at half the spacing: motion grows faster, by 2.8 for white accelerations and 8 in circles
-GROWN = 2.0  # times the sd of successive rows
+LEAST = 20  # differences of one spacing
+LASTING = (1.5, 2.5, 4.0, 6.0, 10.0, 15.0, 25.0)  # rows that errors may last
+RELATIVE = 2.5  # sd of a variance that a median tells, in itself over the root of the number of differences
+SURE = 25.0  # of squares in sds, that sigma has to save
+GOOD = 12.0  # the same that may remain
+AS_GOOD = 2.0  # more than the least that may remain, of another explanation
+MORE = 3.0  # times the white variance
 
 
 def correlated_errors(
@@ -27,20 +38,70 @@ def correlated_errors(
     """
     starts = np.flatnonzero(np.diff(target, prepend=-1))
     within = np.arange(time.size) - np.repeat(starts, np.diff(np.r_[starts, time.size]))
-    levels = []
+    variances, counts = [], []
     for spacing in SPACINGS:
         some = within % spacing == 0
         new = np.diff(target[some], prepend=-1) != 0
         difference, index = third_differences(time[some], plane[some], new)
-        of = np.repeat(target[some][index], 2)
-        levels.append(MEDIAN * grouped_quantile(np.abs(difference).ravel(), of, targets, 0.5, least=2 * LEAST))
-    level = np.array(levels)
+        row = target[some][index]
+        sd = MEDIAN * grouped_quantile(np.abs(difference).ravel(), np.repeat(row, 2), targets, 0.5, least=2 * LEAST)
+        variances.append(sd**2)
+        counts.append(np.bincount(row, minlength=targets))
+    V, n = np.array(variances).T, np.array(counts).T
     sd, seconds = np.full(targets, np.nan), np.full(targets, np.nan)
-    step = grouped_quantile(np.diff(time, prepend=np.nan), target, targets, 0.5)
     with np.errstate(invalid="ignore"):
-        for k in range(2, len(SPACINGS) - 1):
-            ratio = level[k + 1] / level[k]
-            slow = (level[1 : k + 1] / level[:k]).max(axis=0) < STEEP
-            flat = slow & (ratio < FLAT) & (ratio > 1.0 / FLAT) & (level[k] > GROWN * level[0]) & np.isnan(sd)
-            sd[flat], seconds[flat] = level[k + 1][flat], SPACINGS[k] * step[flat]
+        grows = np.flatnonzero(np.isfinite(V[:, :4]).all(axis=1) & (V[:, 2] > 1.5 * V[:, 0]) & (V[:, 0] > 0))
+    if not grows.size:
+        return sd, seconds
+    step = grouped_quantile(np.diff(time, prepend=np.nan), target, targets, 0.5)
+    found, rows = _explained(V[grows], n[grows])
+    sd[grows], seconds[grows] = found, rows * step[grows]
     return sd, seconds
+
+
+def _explained(V: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """σ and the rows that errors last (G,), NaN where they are not correlated; V, n (G, K): variances and counts."""
+    known = np.isfinite(V)
+    weight = np.where(known, np.sqrt(np.maximum(n, 1)) / (RELATIVE * np.where(known, V, 1.0)), 0.0)
+    target = weight * np.where(known, V, 0.0)
+    s = np.array(SPACINGS, float)
+    plain = np.stack([np.ones_like(s), s**3, s**6])
+    least = np.full(len(V), np.inf)
+    for parts in _subsets(3):
+        _, squares = _fit(plain[list(parts)], weight, target)
+        least = np.minimum(least, squares)
+    fits = []
+    for lasting in LASTING:
+        rho = np.exp(-s / lasting)
+        markov = (10.0 - 15.0 * rho + 6.0 * rho**2 - rho**3) / 10.0
+        for parts in _subsets(3):
+            values, squares = _fit(np.vstack([markov, plain[list(parts)]]), weight, target)
+            white = values[:, 1] if 0 in parts else np.zeros(len(V))
+            fits.append((squares, values[:, 0], white, np.full(len(V), lasting)))
+    squares, sigma, white, rows = (np.array(each) for each in zip(*fits, strict=True))
+    best = squares.min(axis=0)
+    # of those that fit about as well the largest errors: too small an sd is the worse mistake
+    chosen = np.where(squares <= best + AS_GOOD, sigma, -np.inf).argmax(axis=0)
+    sigma, white, rows = (each[chosen, np.arange(len(V))] for each in (sigma, white, rows))
+    sure = (least - best > SURE) & (best < GOOD) & (sigma > MORE * white)
+    return np.where(sure, np.sqrt(np.maximum(sigma, 0.0)), np.nan), np.where(sure, rows, np.nan)
+
+
+def _subsets(count: int) -> Iterator[tuple[int, ...]]:
+    return chain.from_iterable(combinations(range(count), k) for k in range(count + 1))
+
+
+def _fit(parts: np.ndarray, weight: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Least squares of each group by `parts` (P, K): values (G, P) and squares (G,), infinite where a value is below
+    zero.
+    """
+    if not len(parts):
+        return np.zeros((len(target), 0)), (target**2).sum(axis=1)
+    # of one size, so that no power of the spacing decides what is singular
+    scale = parts.max(axis=1)
+    A = weight[:, :, None] * (parts / scale[:, None]).T
+    normal = np.einsum("gkp,gkq->gpq", A, A)
+    normal += 1e-12 * np.einsum("gpp->g", normal)[:, None, None] * np.eye(len(parts))
+    values = np.linalg.solve(normal, np.einsum("gkp,gk->gp", A, target)[..., None])[..., 0]
+    squares = ((np.einsum("gkp,gp->gk", A, values) - target) ** 2).sum(axis=1)
+    return values / scale, np.where((values >= 0).all(axis=1), squares, np.inf)

@@ -102,6 +102,7 @@ class Large:
         self.spill.count()
         self.progress("reading", 1, 2)
         sample = drawn(self.spill.counts)
+        some = sample is not None
         if sample is None and self.spill.counts["rows"].sum() <= EVIDENCE:
             sample = self.spill.counts.select("target")
         most = max(FEWEST, (self.memory - FIXED) // PER_ROW)
@@ -111,7 +112,7 @@ class Large:
         if sample is not None:
             self.sample = self.spill.share(SAMPLE)
             prepared = prepare(replace(self.sample), self.settings)
-            self.shares.known = Known.of(prepared)
+            self.shares.known = Known.of(prepared, some=some)
             self.shares.schema = learned_schema(prepared, self.settings, self.sample.absolute)
         for number, measurements in enumerate(self.spill.shares(shares)):
             if self.sample is not None:

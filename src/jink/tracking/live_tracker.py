@@ -10,11 +10,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 import polars as pl
 
+from ..catalogue.names import FilterName, KindName
+from ..filters.axis_by_axis import AxisByAxis
+from ..filters.bank import Bank
 from ..io.conventions import Conventions
 from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
@@ -48,17 +51,17 @@ class LiveTracker:
 
     def __init__(
         self,
-        kind: str = "aircraft",
+        kind: KindName = "aircraft",
         *,
-        filter: Any = None,
+        filter: FilterName | Bank | AxisByAxis | None = None,
         sensor_sd: float | str | Mapping[str, float] | None = None,
         site: tuple[float, ...] | None = None,
         gap: float | None = None,
         columns: Mapping[str, str] | None = None,
-        altitude_unit: str | None = None,
-        time_unit: str | None = None,
-        axes: str | None = None,
-        azimuth_from: str | None = None,
+        altitude_unit: Literal["ft", "m"] | None = None,
+        time_unit: Literal["s", "ms", "us", "ns"] | None = None,
+        axes: Literal["enu", "ned"] | None = None,
+        azimuth_from: Literal["north", "east"] | None = None,
     ) -> None:
         alone, sites = sites_of({} if site is None else {"": site})
         settings = Settings(

@@ -15,7 +15,9 @@ from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
 from ..io.stages import stage
 from ..io.units import ANGLE, LENGTH, SPEED, TIME
+from . import seen_by_radar
 from .cleaning import changes
+from .lasting import FIGURES, kept, lasting_errors, said
 from .placing import Placed
 from .scatter import component_sd, plane_scatter, rough_velocity
 
@@ -39,13 +41,15 @@ GIVEN = {
 class NoiseLevel:
     """Covariance per row (N, m, m) or variances (N, m), typical sds, and a line per source.
 
-    step: of time, that the figures are for (s; None: the median of the rows).
+    step: of time, that the figures are for (s; None: the median of the rows). lasting (N,): what positions keep of
+    errors that last, a variance (m²) that no filter takes out; None where errors are independent.
     """
 
     covariance: np.ndarray
     typical: dict[str, float]
     sources: list[dict[str, Any]] = field(default_factory=list)
     step: float | None = None
+    lasting: np.ndarray | None = None
 
     def figure(self, source: str, name: str) -> float:
         """A source's figure, NaN where it is not known."""
@@ -109,6 +113,14 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str, known_level: N
     if known_level:
         of_rows = _Known(known_level, source, of_source, _by_target(placed))
         found, stamps = of_rows.figures("position_sd", found), of_rows.figures("time_sd", stamps)
+    lasting = np.full((2, of_source.size), np.nan)
+    if "position" not in given:
+        # where time stamps err, that lasts too, and is in the noise along the track
+        white = np.where(np.nan_to_num(stamps) > 0, np.nan, found)
+        lasting = lasting_errors(placed.time[which], placed.plane[which], starts, group[which], white, of_source)
+        if known_level:
+            lasting = of_rows.lasting(lasting)
+        found = np.fmax(found, lasting[0])
     position, origin = _decide(given.get("position"), found, of_source, KINDS[kind].position_sd)
     stamps = np.where(np.isnan(found), 0.0, stamps)
     if "position" in given or "time" in given:
@@ -127,9 +139,11 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str, known_level: N
         asked = given.get("altitude", given.get("z"))
         figures["altitude_sd"], origins["altitude_sd"] = _decide(asked, found, of_source, USUAL_ALTITUDE_SD)
     lines = _lines(source, of_source, figures, origins, np.bincount(group[measured], minlength=of_source.size))
+    lines = [line | said(lasting, of_source, number) for number, line in enumerate(lines)]
     sd = {name: figure[group] for name, figure in figures.items()}
     if "given" not in origins["position_sd"] and "dilution" in placed.rows.columns:
         sd["position_sd"] = sd["position_sd"] * placed.rows["dilution"].to_numpy()
+    kept_errors, estimated = kept(lasting, group), sd["position_sd"]
     for name in ("position_sd", "altitude_sd"):
         if name in sd and "given" not in origins[name]:
             sd[name] = _stated(placed, sd[name], name, lines)
@@ -142,7 +156,19 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str, known_level: N
         covariance[:, 2, 2] = sd["altitude_sd"] ** 2
     if "cov_ee" in placed.rows.columns:
         sd["position_sd"] = _as_placed(placed, covariance, sd["position_sd"])
-    return NoiseLevel(covariance, _typical(sd, {"position": "position_sd", "altitude": "altitude_sd"}), lines)
+    radar = seen_by_radar.covariances(placed, measured, starts, group, of_source.size, given)
+    if radar is not None:
+        covariance[measured, :2, :2] = radar[0][measured]
+        for number, line in enumerate(lines):
+            for name, each in zip(("range", "azimuth"), radar[1:], strict=True):
+                line[f"{name}_sd"] = float(np.median(each[of_source == number]))
+                line[f"{name}_sd_from"] = "given" if name in given else "estimated"
+        sd["position_sd"] = np.sqrt(0.5 * (covariance[:, 0, 0] + covariance[:, 1, 1]))
+        kept_errors = None
+    if kept_errors is not None:
+        kept_errors[sd["position_sd"] != estimated] = 0.0  # of rows whose accuracy is stated
+    typical = _typical(sd, {"position": "position_sd", "altitude": "altitude_sd"})
+    return NoiseLevel(covariance, typical, lines, lasting=kept_errors)
 
 
 def _as_placed(placed: Placed, covariance: np.ndarray, sd: np.ndarray) -> np.ndarray:
@@ -215,6 +241,12 @@ class _Known:
         known = np.array([self.level.figure(source, name) for source in self.names])[self.of_source]
         first, second = (found, known) if self.by_target else (known, found)
         return np.where(np.isfinite(first) & ((first > 0) | (name == "time_sd")), first, second)
+
+    def lasting(self, found: np.ndarray) -> np.ndarray:
+        """Errors that last (2, G): only where those of the other rows do."""
+        figures = [[self.level.figure(source, name) for source in self.names] for name in FIGURES]
+        known = np.array(figures)[:, self.of_source]
+        return np.where(np.isfinite(known) & np.isfinite(found), found, known)
 
 
 def _lines(

@@ -68,7 +68,8 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool, ground: float | 
 
     ground (m): no height is below it; NaN: it is not known.
     """
-    state = State(*lifted(placed, ground, estimate.x, estimate.P, estimate.components), estimate.components)
+    x, P = lifted(placed, ground, estimate.x, estimate.P, estimate.components)
+    state = State(x, _with_lasting(placed, P, estimate.components), estimate.components)
     columns, sds = _kinematics(state)
     _unknown_velocity(state, np.asarray(estimate.status), columns, sds)
     place, convergence = _position(placed, state)
@@ -102,6 +103,16 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool, ground: float | 
     if "on_ground" in placed.rows.columns:
         table = table.with_columns(on_ground=placed.rows["on_ground"])
     return table.select(_ordered(table.columns)).with_columns(**unmarked(placed.rows, table.columns))
+
+
+def _with_lasting(placed: Placed, P: np.ndarray, components: Sequence[str]) -> np.ndarray:
+    """Covariances (N, n, n) with what positions keep of errors that last."""
+    if "lasting" not in placed.rows.columns:
+        return P
+    P, variance = P.copy(), placed.rows["lasting"].to_numpy()
+    for place in (components.index("px"), components.index("py")):
+        P[:, place, place] += variance
+    return P
 
 
 def _ordered(names: list[str]) -> list[str]:

@@ -15,6 +15,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.targets import KINDS, Kind
+from ..io.stages import stage
 from .correlated import correlated_errors
 from .several import FACTOR, several_targets
 from .slant import slant_height
@@ -79,6 +80,7 @@ class Seen:
     scored: int
 
     @classmethod
+    @stage("check")
     def of(cls, tracks: pl.DataFrame, kind: str) -> Seen:
         """Of a table of tracks."""
         targets = _by_target(tracks, KINDS[kind]).join(
@@ -104,16 +106,17 @@ class Seen:
         )
 
 
+@stage("check")
 def findings(seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency: dict[str, float]) -> Any:
     """All findings of a run, and whether nothing plausible is left: every target is fatally wrong."""
     targets = seen.targets
     found = [
         *_motion(targets, kind),
-        *_rejections(targets, seen.shared),
+        *_rejections(targets, seen.shared, sum("range_sd" in line for line in noise)),
         *_stillness(targets),
         *_noise(noise, targets),
         *_times(seen),
-        *_consistency(seen, consistency),
+        *_consistency(seen, noise, consistency),
         *_errors(targets, noise),
         *_slant(targets, noise),
     ]
@@ -238,8 +241,10 @@ def _suspect() -> pl.Expr:
     return _often_rejected() | (pl.col("jumps") > JUMPS)
 
 
-def _rejections(targets: pl.DataFrame, shared: dict[str, int]) -> Iterator[Finding]:
-    """Targets whose positions the filter does not believe, told apart by whether several targets share a name."""
+def _rejections(targets: pl.DataFrame, shared: dict[str, int], radars: int) -> Iterator[Finding]:
+    """Targets whose positions the filter does not believe, told apart by whether several targets share a name; radars:
+    how many sources of ranges are taken to stand at one place.
+    """
     suspect = targets.filter(_suspect())
     bad = suspect.filter(_often_rejected() | pl.col("target").is_in(list(shared))).with_columns(
         (pl.col("rejected") > HOPELESS * pl.col("measured")).alias("hopeless")
@@ -257,6 +262,9 @@ def _rejections(targets: pl.DataFrame, shared: dict[str, int]) -> Iterator[Findi
                 )
                 likely = f"{most} targets under one name"
                 mend = "--columns target=NAME takes another identifier"
+                if radars > 1:
+                    likely = f"radars that stand at different places ({radars} sources), or {likely}"
+                    mend = f"--site NAME=LAT,LON gives each radar its place; {mend}"
             else:
                 what = f"{100 * share:.0f} % of the positions are not where the track can be"
                 likely = (
@@ -348,10 +356,12 @@ def _times(seen: Seen) -> Iterator[Finding]:
         )
 
 
-def _consistency(seen: Seen, consistency: dict[str, float]) -> Iterator[Finding]:
-    """The innovations of all rows against what the filter says of them."""
+def _consistency(seen: Seen, noise: Sequence[dict[str, Any]], consistency: dict[str, float]) -> Iterator[Finding]:
+    """The innovations of all rows against what the filter says of them; errors that last make them small."""
     mean = consistency.get("mean_per_dimension")
     if mean is None or NIS_MEAN[0] <= mean <= NIS_MEAN[1]:
+        return
+    if mean < NIS_MEAN[0] and any("lasting_sd" in line for line in noise):
         return
     if seen.scored < NIS_ROWS:
         return
@@ -366,9 +376,23 @@ def _consistency(seen: Seen, consistency: dict[str, float]) -> Iterator[Finding]
 
 
 def _errors(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[Finding]:
-    """Errors that last: their estimated sd is that of their changes, which is too small."""
+    """Errors that last: no filter takes them out, and where the noise does not count them, sds are too small."""
+    some = targets.filter(pl.col("error_sd").is_not_null())
+    counted = [line for line in noise if "lasting_sd" in line]
+    if counted and some.height:
+        sd, seconds = (float(np.median([line[name] for line in counted])) for name in ("lasting_sd", "lasting_seconds"))
+        yield Finding(
+            "correlated",
+            f"errors of about {sd:.2g} m lasting about {seconds:.2g} s; they count as noise, and the sds of positions "
+            "have them, but no filter takes them out",
+            **_named(some),
+            likely="a satellite receiver, or positions that were smoothed before",
+            mend=f"--sensor-sd {sd:.2g} takes them for independent errors",
+        )
+        return
     estimated = [line["position_sd"] for line in noise if line.get("position_sd_from") == "estimated"]
-    if not estimated:
+    stamped = any(line.get("time_sd", 0.0) > 0 for line in noise)
+    if not estimated or stamped:
         return
     assumed = max(estimated)
     some = targets.filter(pl.col("error_sd") > 2.0 * assumed)
@@ -398,7 +422,10 @@ def _lasting(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
     sd, lasting = correlated_errors(seconds, plane, of, starts.size)
     slant = np.full(starts.size, np.nan)
     if "measured_z" not in tracks.columns and kind.extent[1] >= 1e3:
-        slant = np.array([slant_height(seconds[of == k], plane[of == k]) for k in range(starts.size)])
+        ends = np.append(starts[1:], len(seconds))
+        slant = np.array(
+            [slant_height(seconds[low:high], plane[low:high]) for low, high in zip(starts, ends, strict=True)]
+        )
     found = {"error_sd": sd, "error_seconds": lasting, "slant": slant.astype(float)}
     parts = pl.DataFrame({"target": table["target"].gather(starts), **found}).with_columns(
         pl.col(list(found)).fill_nan(None)

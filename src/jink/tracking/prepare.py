@@ -5,6 +5,7 @@ Tracks of files, streams and races on recorded positions all come this way, so t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -21,6 +22,7 @@ from ..io.measurements import Measurements
 from . import range_rate, velocity_use
 from .cleaning import Cleaned, Cleaning, changes, clean
 from .converted import as_positions
+from .ground import lowest_ground
 from .held_out import Used
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
@@ -97,7 +99,7 @@ class Group:
     """Parts with the same number of axes: their rows, noise, the purpose a filter is made for, and the filter.
 
     covariance of each row's measurement; None where the filter's sensor says it. rates: what reported velocities are
-    used, and why.
+    used, and why. ground (m): no height is below it; NaN: it is not known.
     """
 
     placed: Placed
@@ -106,6 +108,7 @@ class Group:
     filter: Any
     covariance: np.ndarray | None
     rates: Used = field(default_factory=Used)
+    ground: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -127,17 +130,20 @@ class Known:
     levels: dict[int, NoiseLevel]
     filters: dict[int, tuple[Purpose, Any]]
     rates: dict[int, Used]
+    grounds: dict[int, float] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, prepared: Prepared) -> Known:
-        """As the prepared rows show it."""
+    def of(cls, prepared: Prepared, *, some: bool) -> Known:
+        """As the prepared rows show it; some: there are others, which may be lower, so that no ground is known."""
         step = prepared.pace.step or None
         levels = {
             group.placed.axes: NoiseLevel(group.level.covariance[:1], group.level.typical, group.level.sources, step)
             for group in prepared.groups
         }
         filters = {group.placed.axes: (group.purpose, group.filter) for group in prepared.groups}
-        return cls(prepared.pace, levels, filters, {group.placed.axes: group.rates for group in prepared.groups})
+        rates = {group.placed.axes: group.rates for group in prepared.groups}
+        grounds = {} if some else {group.placed.axes: group.ground for group in prepared.groups}
+        return cls(prepared.pace, levels, filters, rates, grounds)
 
 
 def prepare(measurements: Measurements, settings: Settings, known: Known | None = None) -> Prepared:
@@ -150,7 +156,7 @@ def prepare(measurements: Measurements, settings: Settings, known: Known | None 
         to_the_map(measurements, settings.sites, settings.sensor_sd, settings.kind)
     if known is None and (some := evidence(measurements.rows)) is not None:
         rows = measurements.rows.join(some, on="target", how="semi", maintain_order="left")
-        known = Known.of(prepare(replace(measurements, rows=rows), replace(settings, sites={})))
+        known = Known.of(prepare(replace(measurements, rows=rows), replace(settings, sites={})), some=True)
     pace = known.pace if known else Pace.of(usual_step(measurements.rows), settings)
     fastest = kind_of(settings.kind).speed if settings.check else 0.0
     how = Cleaning(pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale, fastest)
@@ -182,6 +188,8 @@ def drawn(counts: pl.DataFrame) -> pl.DataFrame | None:
 def _group(placed: Placed, pace: Pace, settings: Settings, known: Known | None) -> Group:
     of_all = known.levels.get(placed.axes) if known else None
     level = noise_levels(placed, settings.sensor_sd, settings.kind, of_all)
+    if level.lasting is not None:
+        placed = replace(placed, rows=placed.rows.with_columns(lasting=level.lasting))
     named = settings.filter is None or isinstance(settings.filter, str)
     polar, converted, used = placed.components[0] == "range", False, Used()
     if named and settings.velocity:
@@ -207,7 +215,9 @@ def _group(placed: Placed, pace: Pace, settings: Settings, known: Known | None) 
         covariance = None if level.uniform and known is None else level.covariance
     elif settings.sensor_sd or converted:
         covariance = level.covariance
-    return Group(placed, level, purpose, filter, covariance, used)
+    # the lowest height of some rows is not that of all
+    ground = known.grounds.get(placed.axes, math.nan) if known else lowest_ground(placed, level.covariance)
+    return Group(placed, level, purpose, filter, covariance, used, ground)
 
 
 def _as_measured(placed: Placed, level: NoiseLevel, filter: Any) -> tuple[Placed, NoiseLevel]:

@@ -17,7 +17,15 @@ from .stretches import pieces
 from .summary import CLEANED
 from .tally import Tally, complete, slim
 
-NEEDED = ("file", "row", "target", "part", "time", "on_ground")  # columns of measurements that tables take over
+NEEDED = (
+    "file",
+    "row",
+    "target",
+    "part",
+    "time",
+    "on_ground",
+    "lasting",
+)  # columns of measurements that tables take over
 
 
 def learned_schema(prepared: Prepared, settings: Settings, absolute: bool) -> dict[str, Any]:
@@ -60,7 +68,7 @@ class Shares:
         if not prepared.groups:
             return
         if self.known is None:
-            self.known = Known.of(prepared)
+            self.known = Known.of(prepared, some=True)
         prepared.cleaned.rows = prepared.cleaned.rows.clear()
         groups = [replace(g, placed=replace(g.placed, rows=_needed(g.placed.rows))) for g in prepared.groups]
         prepared.groups.clear()

@@ -21,7 +21,7 @@ from .prepare import Group, Known, Settings
 from .summary import plain, reasons, words_for
 
 SLIM = ("target", "part", "time", "status", "speed", "acceleration_x", "acceleration_y", "measured_x", "measured_y")
-KNOWN = ("x", "nis")  # columns of which the checks ask whether there is a value
+KNOWN = ("x", "measured_z", "nis")  # columns of which the checks ask whether there is a value
 
 
 def slim(table: pl.DataFrame) -> pl.DataFrame:

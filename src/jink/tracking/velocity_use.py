@@ -139,7 +139,7 @@ def as_decided(placed: Placed, level: NoiseLevel, used: Used, rates: Rates | Non
             velocity[~rates.fresh, columns] = np.nan
     both, covariance = joined(placed, level.covariance, replace(rates, velocity=velocity), used.sd, False)
     sources = [line | used.figures() for line in level.sources]
-    return both, NoiseLevel(covariance, level.typical | used.sd, sources)
+    return both, replace(level, covariance=covariance, typical=level.typical | used.sd, sources=sources)
 
 
 def _sds(
@@ -192,4 +192,4 @@ def as_measured(placed: Placed, level: NoiseLevel) -> tuple[Placed, NoiseLevel]:
         # a sensor of its own noise cannot say that it measures along the way alone
         rates.velocity[:, :2] = np.nan
     both, covariance = joined(placed, level.covariance, rates, {}, False)
-    return both, NoiseLevel(covariance, level.typical, level.sources)
+    return both, replace(level, covariance=covariance)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -15,8 +16,12 @@ PLACES = ("longitude", "latitude", "lon", "lat", "lng", "long", "altitude", "alt
 
 
 def recognises(head: bytes) -> bool:
-    """A feature, or a collection of them."""
-    if not head.startswith((b"{", b"[")) or b'"type"' not in head:
+    """A feature, or a collection of them; the first one may fill the head, before any type is told."""
+    if not head.startswith((b"{", b"[")):
+        return False
+    if re.match(rb'\{\s*"features"\s*:\s*\[\s*\{\s*"geometry"\s*:\s*\{', head):
+        return True
+    if b'"type"' not in head:
         return False
     return b'"FeatureCollection"' in head or (b'"Feature"' in head and b'"geometry"' in head)
 

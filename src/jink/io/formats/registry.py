@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from . import ais, geojson, geolife, gpx, igc, kml, mot, nmea, opensky, readsb, sbs, tcx
+from . import ais, asterix, geojson, geolife, gpx, igc, kml, mot, nmea, opensky, readsb, sbs, tcx
 from .records import Format
 
 FORMATS: tuple[Format, ...] = (
+    asterix.FORMAT,
     gpx.FORMAT,
     kml.FORMAT,
     tcx.FORMAT,

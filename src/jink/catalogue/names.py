@@ -1,0 +1,36 @@
+"""Names for type checkers and editors; a test holds them to the registries."""
+
+from typing import Literal
+
+KindName = Literal["aircraft", "fighter", "vessel", "vehicle", "drone", "person"]
+FilterName = Literal[
+    "kalman-cv",
+    "kalman-ca",
+    "cv",
+    "ca",
+    "singer",
+    "imm",
+    "imm-cv-ca",
+    "imm-cv-ct",
+    "imm-facs",
+    "csaf",
+    "facs",
+    "two-stage",
+    "augmented",
+    "aimm3",
+    "aimm5",
+    "gpb1",
+    "gpb2",
+    "mm",
+    "vsmm-ds",
+    "vsmm-ad",
+    "vsmm-ag",
+    "input-estimation",
+    "variable-dimension",
+    "fuzzy-imm",
+    "fuzzy-kalman",
+    "anfis-kf",
+    "nn-kf",
+    "nnvsmm",
+    "nnvsmm-modes",
+]

@@ -1,0 +1,56 @@
+"""x and y beside range and azimuth have the noise of these: along the line of sight, and across it by the range."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+
+import jink
+
+RANGE_SD, AZIMUTH_SD = 30.0, 3e-3
+
+
+def seen(seed: int = 0, count: int = 200) -> tuple[pl.DataFrame, np.ndarray]:
+    """A flight past a radar at 100 km, which is rougher across the line of sight than along it; and the truth."""
+    rng = np.random.default_rng(seed)
+    time = 4.0 * np.arange(float(count))
+    truth = np.column_stack([200.0 * time - 80e3, 80e3 + 3e3 * np.sin(time / 60.0)])
+    reach = np.hypot(*truth.T) + rng.normal(0.0, RANGE_SD, count)
+    azimuth = np.arctan2(*truth.T) + rng.normal(0.0, AZIMUTH_SD, count)
+    columns = {"x": reach * np.sin(azimuth), "y": reach * np.cos(azimuth), "range": reach}
+    table = pl.DataFrame({"target": "A", "time": time, **columns, "azimuth_deg": np.degrees(azimuth) % 360.0})
+    return table, truth
+
+
+def rms(tracks: pl.DataFrame, truth: np.ndarray) -> float:
+    return float(np.sqrt((((tracks.select("x", "y").to_numpy() - truth)[10:]) ** 2).sum(axis=1).mean()))
+
+
+def test_x_and_y_of_a_radar_have_the_noise_of_range_and_azimuth():
+    errors = []
+    for seed in range(4):
+        table, truth = seen(seed)
+        with_both = jink.track(table, details=True)
+        line = with_both.summary["noise"][0]
+        assert abs(line["range_sd"] / RANGE_SD - 1.0) < 0.3 and abs(line["azimuth_sd"] / AZIMUTH_SD - 1.0) < 0.3
+        assert any("radar at the origin" in note for note in with_both.summary["notes"])
+        plain = jink.track(table.drop("range", "azimuth_deg"))
+        polar = jink.track(table.drop("x", "y"))
+        errors.append([rms(each, truth) for each in (with_both.tracks, plain, polar)])
+    both, plain, polar = np.sqrt(np.square(errors).mean(axis=0))
+    assert both < 0.95 * plain and both < 1.03 * polar
+
+
+def test_given_noises_are_taken():
+    table, _ = seen()
+    line = jink.track(table, sensor_sd={"range": 50.0, "azimuth": 2e-3}, details=True).summary["noise"][0]
+    assert (line["range_sd"], line["azimuth_sd"]) == (50.0, 2e-3)
+    assert "range_sd" not in jink.track(table, sensor_sd=100.0, details=True).summary["noise"][0]
+
+
+def test_ranges_of_something_else_are_not_used():
+    table, _ = seen()
+    for other in (table.with_columns(pl.col("range") * 3.0), table.with_columns(pl.col("x") + 50e3)):
+        done = jink.track(other, details=True)
+        assert "range_sd" not in done.summary["noise"][0]
+        assert {"range", "azimuth_deg"} <= set(done.summary["unused_columns"])
