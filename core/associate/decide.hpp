@@ -30,6 +30,8 @@ class Decide {
 
     // Tracks above this existence own the plots that the optimal assignment gives them; above 1 none does.
     double established = 0.5;
+    // Share that a track keeps of its marginal for a plot that another one owns.
+    double left = 0.0;
 
     void operator()(Association how, const Weighing &w) {
         inexact = false;
@@ -166,7 +168,7 @@ class Decide {
             double sum = found.miss[i];
             for (int e = psi.begin[i]; e < psi.begin[i + 1]; ++e) {
                 const int owner = assignment.row_of[psi.plot[e]];
-                if (owner >= 0 && owner != k) found.hit[e] = 0.0;
+                if (owner >= 0 && owner != k) found.hit[e] *= left;
                 sum += found.hit[e];
             }
             if (!(sum > 0.0)) continue;

@@ -242,6 +242,7 @@ void Many::judge(double t, int sensor, ScanReport &report) {
         report.confirmed += one.confirmed;
         if (one.plot >= 0) one.plot = plots.row[one.plot];
     }
+    if (looked && rules.merge_after > 0) merge(report);
     pool.shrink();
     report.living = pool.living();
 }
@@ -274,7 +275,7 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows) {
     predict(t, sensor);
     for (char each : crowded) report.crowded = report.crowded || each;
     weigh(sensor);
-    decide.established = rules.established;
+    decide.established = rules.established, decide.left = rules.left;
     decide(rules.association, weighing);
     report.inexact = decide.inexact;
     for (int s = 0; s < pool.slots(); ++s)

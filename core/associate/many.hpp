@@ -41,6 +41,9 @@ struct ManyRules {
     double unclaimed = 0.02;                   // probability that a plot is no track's from which it begins one
     double leave = 60.0;                       // mean seconds that a track is kept where no sensor looks
     double established = 0.5;                  // existence from which a track owns its plots
+    double left = 0.0;                         // share of a plot's marginal that stays with a track where another owns it
+    double merge_within = 1.0;                 // squared distance below which two tracks may follow one target
+    int merge_after = 5;                       // scans in a row after which the younger one ends; 0: never
     bool split = true;
     double patience = 0.1;                     // existence from which a track without a second plot in its second scan goes on
     int young = 2, crowd = 8;                  // scans and plots: older, with r < 0.5 and more plots in the gate, a track is dropped
@@ -50,8 +53,14 @@ struct ManyRules {
 
 // What a scan came to.
 struct ScanReport {
-    int plots = 0, unusable = 0, born = 0, dropped = 0, living = 0, confirmed = 0;
+    int plots = 0, unusable = 0, born = 0, dropped = 0, merged = 0, living = 0, confirmed = 0;
     bool crowded = false, full = false, inexact = false;  // gates with too many plots; no room for more tracks; JPDA by beliefs
+};
+
+// Where an established track is, and how surely: for merging.
+struct Place {
+    double x, y, xx, xy, yy;
+    int slot;
 };
 
 class Many {
@@ -87,6 +96,8 @@ class Many {
     std::vector<std::vector<Share>> shares;
     std::vector<char> crowded;
     int dropped = 0;
+    std::vector<Place> places;                       // of the established tracks
+    std::vector<std::pair<std::int64_t, int>> found; // of each slot: an older track beside it, and for how many scans
 
     void measure(const PlotRows &rows, int sensor, ScanReport &report);
     void predict(double t, int sensor);
@@ -97,6 +108,8 @@ class Many {
     void learn(double dt, int sensor);
     bool outside(int slot) const;
     void judge(double t, int sensor, ScanReport &report);
+    void place(int slot);
+    void merge(ScanReport &report);
     template <class F> void over_packs(F work);
 };
 

@@ -21,6 +21,8 @@ struct Life {
     bool outside = false;         // of every field of view
     int plot = -1;                // its most probable plot of the last scan, as a row of that scan, or -1
     double share = 0.0;           // probability that it had one of the plots
+    std::int64_t beside = -1;     // id of an older track that seems to follow the same target
+    int together = 0;             // scans in a row in which it does
 };
 
 struct TrackPack {

@@ -66,7 +66,7 @@ template <class N> nb::object array_of(std::vector<N> &&values, std::initializer
 
 nb::dict report_of(const ScanReport &r) {
     nb::dict out;
-    out["plots"] = r.plots, out["unusable"] = r.unusable, out["born"] = r.born, out["dropped"] = r.dropped;
+    out["plots"] = r.plots, out["unusable"] = r.unusable, out["born"] = r.born, out["dropped"] = r.dropped, out["merged"] = r.merged;
     out["living"] = r.living, out["confirmed"] = r.confirmed;
     out["crowded"] = r.crowded, out["full"] = r.full, out["inexact"] = r.inexact;
     return out;
@@ -186,6 +186,9 @@ void bind_rules(nb::module_ &module) {
         .def_rw("life", &ManyRules::life)
         .def_rw("drop_after", &ManyRules::drop_after)
         .def_rw("established", &ManyRules::established)
+        .def_rw("left", &ManyRules::left)
+        .def_rw("merge_within", &ManyRules::merge_within)
+        .def_rw("merge_after", &ManyRules::merge_after)
         .def_rw("split", &ManyRules::split)
         .def_rw("unclaimed", &ManyRules::unclaimed)
         .def_rw("leave", &ManyRules::leave)

@@ -64,11 +64,15 @@ def textbook(sky, **changes):
     return Textbook(**(declared | changes))
 
 
-@pytest.mark.parametrize("name, scans", [("sky-parallel-50", 45), ("sky-parallel", 70)])
-def test_every_track_is_the_textbook_s(name, scans):
+@pytest.mark.parametrize(
+    "name, scans, left", [("sky-parallel-50", 45, 0.0), ("sky-parallel", 70, 0.0), ("sky-parallel-50", 45, 0.2)]
+)
+def test_every_track_is_the_textbook_s(name, scans, left):
     sky = sky_called(name)
     run = sky.run(3, 5)
-    ours, theirs = tracker(sky, report=0.0), textbook(sky)
+    ours, theirs = tracker(sky, report=0.0), textbook(sky, left=left)
+    ours.rules.left = left
+    ours.reset()
     both = 0
     for scan in run.scans[:scans]:
         picture = ours.scan(scan.time, scan.z)

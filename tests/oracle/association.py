@@ -106,6 +106,7 @@ class Textbook:
     box: tuple
     leaving: float  # survival over a scan outside the box
     ownership: bool = True
+    left: float = 0.0  # share of a marginal that stays where another track owns the plot
     tracks: list = field(default_factory=list)
     following: int = 0
     scans: int = 0
@@ -200,7 +201,7 @@ class Textbook:
         for i in old:
             for j, of in owner.items():
                 if of != i:
-                    hit[i, j] = 0.0
+                    hit[i, j] *= self.left
             total = none[i] + hit[i].sum()
             hit[i], none[i] = hit[i] / total, none[i] / total
 

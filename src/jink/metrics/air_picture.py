@@ -93,7 +93,7 @@ def _of_run(truth: Sequence[Picture], estimate: Sequence[Picture], c: float, tim
     changes = covered = longest = life = 0.0
     for each, scans in there.items():
         life += times[scans[-1]] - times[scans[0]]
-        all_ = [tuple(s) for of in stretches.get(each, {}).values() for s in of]
+        all_ = [(a, b) for of in stretches.get(each, {}).values() for a, b in of]
         if all_:
             changes += _least_cover(all_) - 1
             covered += _covered(all_, times)
