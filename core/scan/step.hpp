@@ -310,8 +310,8 @@ template <class T> class Step {
             s.running = (s.running & inverse(fresh)) | (fresh & done);
         }
         out.initialised = fresh | (second & s.running);
-        out.gated = out.gated & inverse(second & s.running);
         out.restarted = out.restarted & fresh;
+        out.gated = out.gated & inverse(out.initialised & inverse(out.restarted));
         const Mask<T> counted = out.scored | out.restarted;
         out.log_likelihood = select<T>(counted, out.log_likelihood, splat<T>(0.0));
         out.scored = out.scored & inverse(fresh);

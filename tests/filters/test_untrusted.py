@@ -191,6 +191,17 @@ def test_a_measurement_beyond_the_range_of_numbers_is_gated(make, outliers, valu
     assert f.filter(t, z).status[20] == jink.Status.gated
 
 
+@pytest.mark.parametrize("f", [KALMAN, SEVERAL["imm"], SEVERAL["gpb2"]], ids=["kalman", "imm", "gpb2"])
+def test_a_row_beyond_the_range_of_numbers_does_not_count_as_the_second_position(f):
+    t, z = np.arange(5.0), 100.0 * np.arange(10.0).reshape(5, 2)
+    far, missing = z.copy(), z.copy()
+    far[1, 0], missing[1] = 1e155, np.nan
+    with_it, without = f.filter(t, far), f.filter(t, missing)
+    assert with_it.status[1] == jink.Status.gated
+    for name in ("x", "P", "mode_probability"):
+        np.testing.assert_array_equal(with_it.results[name][2:], without.results[name][2:])
+
+
 def test_range_rate_at_the_site():
     sensor = jink.Polar(range_sd=10.0, azimuth_sd=0.01, range_rate_sd=1.0)
     f = jink.Kalman(CV, sensor, outliers=jink.Outliers())
