@@ -266,7 +266,7 @@ def test_filter_files_that_do_not_fit_are_refused(tmp_path):
     refused(path, "not valid JSON")
     jink.Kalman(jink.ConstantVelocity(acceleration_sd=9.0), jink.Position(sd=9.0)).save(path)
     assert (
-        "a measurement noise that differs"
+        "its own measurement noise is not that of the data, which it is given"
         in compare(short("random-turns", 30), [str(path)], 2).entrants[str(path)].note
     )
 

@@ -103,7 +103,7 @@ def _write(job: Job, number: int, begun: list[Any], rest: Iterator[Any], said: d
         frame = frame.with_columns(bucket_of(frame["target"], job.buckets)).sort("bucket", maintain_order=True)
         sizes = frame.group_by("bucket", maintain_order=True).len()
         table = frame.drop("bucket").to_arrow(compat_level=pl.CompatLevel.oldest())
-        if writer is None:
+        if writer is None or schema is None:
             schema = table.schema
             writer = pa.ipc.new_file(handle, schema, options=options)
         elif set(table.column_names) == set(schema.names):

@@ -197,7 +197,7 @@ class LearnRequest:
     bank: Annotated[
         str | None,
         typer.Option(
-            metavar="KIND,…",
+            metavar="KINDS",
             rich_help_panel=NETWORKS,
             help="The modes of nnvsmm-modes: three constant velocities (cv), an acceleration (ca), a turn (ct), "
             "for example cv,ca,ct. They are learned from labels.",

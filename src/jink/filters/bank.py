@@ -30,6 +30,8 @@ from .rules import declared_rules
 from .slots import Slots
 from .source import BatchSource
 
+MOST_MODES = 512
+
 
 class Bank:
     """Runs ``motions`` on ``sensor``; the named filters say how they interact."""
@@ -88,6 +90,9 @@ class Bank:
         self.motions = tuple(motions)
         if not self.motions:
             raise ValueError("motions: expected at least one motion model")
+        # the engine's limit, said before anything as large as the square of the number is computed
+        if len(self.motions) > MOST_MODES:
+            raise ValueError(f"motions: expected at most {MOST_MODES}, got {len(self.motions)}")
         for motion in self.motions:
             if _is_sensor(motion):
                 name = type(motion).__name__

@@ -44,10 +44,9 @@ def write_czml(path: str | os.PathLike[str], tracks: Any, **options: Any) -> Non
 
 def from_czml(packets: list[dict[str, Any]] | str | os.PathLike[str]) -> pl.DataFrame:
     """target, time (UTC), latitude, longitude and altitude of packets, or of a file, with cartographicDegrees."""
-    if not isinstance(packets, list):
-        packets = json.loads(Path(packets).read_text(encoding="utf-8"))
+    found = packets if isinstance(packets, list) else json.loads(Path(packets).read_text(encoding="utf-8"))
     rows: list[tuple[str, datetime, float, float, float]] = []
-    for packet in packets:
+    for packet in found:
         position = packet.get("position", {})
         values = position.get("cartographicDegrees", [])
         if "epoch" not in position:

@@ -323,5 +323,8 @@ def _reject(rows: pl.DataFrame, problems: list[Problem]) -> tuple[list[pl.DataFr
 
 
 def _first(series: pl.Series) -> object:
-    known = series.drop_nulls()
-    return known[0] if len(known) else None
+    known = series.drop_nulls().head(1)
+    if not len(known):
+        return None
+    # a moment beyond the years of Python's datetime has a text all the same
+    return texts(known)[0] if known.dtype.is_temporal() else known[0]

@@ -1,6 +1,6 @@
 """Files that are written under another name first: complete under their own name, or not there at all.
 
-They lie in folders `.jink-*` beside what they become. A run holds a lock on its folders while it lives. A run that was
+They lie in folders `.jink-run-*` beside what they become. A run holds a lock on its folders while it lives. A run that was
 killed leaves its folder behind, without a lock: the next run that writes there takes it away.
 """
 
@@ -18,7 +18,7 @@ try:
 except ImportError:  # Windows has no such locks: nothing is taken away there
     fcntl = None
 
-PREFIX = ".jink-"
+PREFIX = ".jink-run-"
 
 
 @contextmanager
@@ -65,6 +65,7 @@ def take_away_left(parent: Path) -> None:
 
 
 def _remove_if_left(folder: str) -> None:
+    assert fcntl is not None
     handle = os.open(folder, os.O_RDONLY | os.O_NOFOLLOW)
     try:
         if os.fstat(handle).st_uid == os.geteuid():

@@ -41,6 +41,8 @@ class FuzzyRules:
             )
         if not np.isfinite(c).all():
             raise ValueError("FuzzyRules.centres: expected finite metres")
+        if (s > 0).all() and s.min() < 1e-300:
+            raise ValueError(f"FuzzyRules.spreads: expected at least 1e-300 m, got {s.min():g}")
         for name, value in (("spreads", s), ("variances", w)):
             if not (np.isfinite(value).all() and (value > 0).all()):
                 raise ValueError(f"FuzzyRules.{name}: expected positive finite numbers, got {value.min():g}")

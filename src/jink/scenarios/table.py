@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from ..catalogue.choose import EARTH_RADIUS
 
 if TYPE_CHECKING:
     from . import Simulation
@@ -31,7 +34,7 @@ def simulation_table(simulation: Simulation) -> Any:
     """A polars DataFrame with one row per scan.
 
     target ("run 0"), run, scan (from 1), time (s); the measurement's components (m, degrees, m/s), null where
-    missed; site_x, … of a radar that is not at the origin;
+    missed; site_x, … of a radar that is not at the origin; heights beside a range are altitudes above a curved earth;
     true_x, true_velocity_x, true_acceleration_x, … per axis; input_x, … and input_turn_rate where
     something is commanded.
     """
@@ -45,10 +48,13 @@ def simulation_table(simulation: Simulation) -> Any:
         "scan": np.tile(np.arange(1, S + 1, dtype=np.int32), B),
         "time": simulation.time.reshape(-1),
     }
+    site = getattr(simulation.scenario.observation.sensor, "site", ())
     for column, name in enumerate(simulation.scenario.observation.components):
         label, factor = COLUMNS[name]
-        columns[label] = pl.Series(simulation.z[..., column].reshape(-1) * factor).fill_nan(None)
-    site = getattr(simulation.scenario.observation.sensor, "site", ())
+        values = simulation.z[..., column] * factor
+        if name == "height":
+            values = _above_earth(values, simulation.truth[0], site)
+        columns[label] = pl.Series(values.reshape(-1)).fill_nan(None)
     if any(site):
         columns |= {f"site_{axis}": np.full(B * S, float(p)) for p, axis in zip(site, "xyz", strict=False)}
     for quantity, values in zip(QUANTITIES, simulation.truth, strict=True):
@@ -77,6 +83,15 @@ def sky_tables(sky: Sky, runs: int, seed: int) -> tuple[Any, Any]:
             truth.append(pl.DataFrame({"run": number, "time": time, "target": there.ids, **columns}))
         begin = time + 1000.0 * sky.interval
     return pl.concat(plots), pl.concat(truth)
+
+
+def _above_earth(height: np.ndarray, position: np.ndarray, site: Sequence[float]) -> np.ndarray:
+    """Altitudes of heights over the radar's plane: √((R + h)² + d²) - R at a distance d along the plane, as altimeters
+    give them and as `jink track` reads them.
+    """
+    place = np.asarray(site[:2] if any(site) else (0.0, 0.0))
+    squared = ((position[..., :2] - place) ** 2).sum(axis=-1)
+    return np.sqrt((EARTH_RADIUS + height) ** 2 + squared) - EARTH_RADIUS
 
 
 def _axes(values: np.ndarray) -> list[tuple[int, str]]:
