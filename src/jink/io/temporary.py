@@ -1,7 +1,7 @@
 """Files that are written under another name first: complete under their own name, or not there at all.
 
-They lie in folders `.jink-run-*` beside what they become. A run holds a lock on its folders while it lives. A run that was
-killed leaves its folder behind, without a lock: the next run that writes there takes it away.
+They lie in folders `.jink-run-*` beside what they become. A run holds a lock on its folders while it lives. A run that
+was killed leaves its folder behind, without a lock: the next run that writes there takes it away.
 """
 
 from __future__ import annotations
