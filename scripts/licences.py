@@ -3,7 +3,8 @@
     python scripts/licences.py          of jink[all]
     python scripts/licences.py test     of another extra
 
-Exit status 1 where a package has none, or one that is not known to be permissive (GPL, AGPL, LGPL are not).
+Exit status 1 where a package has none, or one that is not known to be permissive (GPL, AGPL, LGPL are not). ACCEPTED
+names those that are taken all the same.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ KNOWN = re.compile(
     r"\b(MIT|BSD|Apache|MPL|Mozilla Public|ISC|PSF|Python Software Foundation|0BSD|Unlicense|Zlib|HPND|CC0|BSL)\b", re.I
 )
 MIT_TEXT = "Permission is hereby granted, free of charge, to any person obtaining a copy"
+# accepted by name, with the reason
+ACCEPTED = {"moocore": "LGPL, unmodified and a package of its own; pymoo brings it for `jink learn`"}
 REFUSED = re.compile(r"\b(A|L)?GPL|GNU (Affero|Lesser|Library)?|\bSSPL\b|proprietary", re.I)
 
 
@@ -82,9 +85,10 @@ def main() -> int:
     found = [d for wanted in asked for d in needed(canonicalize_name(wanted.name), frozenset(wanted.extras), seen)]
     packages = {canonicalize_name(d.name): licence(d) for d in found}
     missing = sorted({canonicalize_name(wanted.name) for wanted in asked} - packages.keys())
-    wrong = [name for name, text in packages.items() if not acceptable(text)]
+    wrong = [name for name, text in packages.items() if not acceptable(text) and name not in ACCEPTED]
     for name, text in sorted(packages.items()):
-        print(f"{'REFUSED' if name in wrong else 'ok':>8}  {name:<24} {text or 'no licence stated'}")
+        why = "" if acceptable(text) else f" ({ACCEPTED[name]})" if name in ACCEPTED else ""
+        print(f"{'REFUSED' if name in wrong else 'ok':>8}  {name:<24} {text or 'no licence stated'}{why}")
     for name in missing:
         print(f"{'MISSING':>8}  {name:<24} not installed, so nothing is known of it")
     print(f"{len(packages)} packages of jink[{extra}], {len(wrong)} refused, {len(missing)} missing")
