@@ -20,7 +20,7 @@ from ..io.files import open_table
 from ..models.sensor import Polar, Position, PositionVelocity
 from ..scenarios import Observation, Scenario, Schedule, Simulation
 from ..scenarios.observation import in_words
-from ..scenarios.table import COLUMNS, QUANTITIES
+from ..scenarios.table import COLUMNS, QUANTITIES, above_plane
 from ..scenarios.truth import Kinematics
 from .source import TRAINING_RUNS, Source
 
@@ -115,6 +115,9 @@ def _simulation(path: str, columns: dict[str, Array], components: list[str], kin
         raise InputError(f"{path}: expected times that rise with the scans of a run; in one run they do not")
     z = stacked([COLUMNS[name][0] for name in components]) / [COLUMNS[name][1] for name in components]
     truth = Kinematics(*(stacked([f"{quantity}_{a}" for a in "xyz"[:axes]]) for quantity in QUANTITIES))
+    if "height" in components:
+        height = components.index("height")
+        z[..., height] = above_plane(z[..., height], truth.position, _site(columns))
     known = "input_x" in columns
     turning = columns["input_turn_rate"].reshape(B, S) if "input_turn_rate" in columns else np.zeros((B, S))
     interval = float(np.median(np.diff(time, axis=1))) if S > 1 else 1.0

@@ -89,9 +89,17 @@ def _above_earth(height: np.ndarray, position: np.ndarray, site: Sequence[float]
     """Altitudes of heights over the radar's plane: √((R + h)² + d²) - R at a distance d along the plane, as altimeters
     give them and as `jink track` reads them.
     """
+    return np.sqrt((EARTH_RADIUS + height) ** 2 + _squared_distance(position, site)) - EARTH_RADIUS
+
+
+def above_plane(altitude: np.ndarray, position: np.ndarray, site: Sequence[float]) -> np.ndarray:
+    """Heights over the radar's plane of such altitudes: √((R + a)² - d²) - R."""
+    return np.sqrt((EARTH_RADIUS + altitude) ** 2 - _squared_distance(position, site)) - EARTH_RADIUS
+
+
+def _squared_distance(position: np.ndarray, site: Sequence[float]) -> np.ndarray:
     place = np.asarray(site[:2] if any(site) else (0.0, 0.0))
-    squared = ((position[..., :2] - place) ** 2).sum(axis=-1)
-    return np.sqrt((EARTH_RADIUS + height) ** 2 + squared) - EARTH_RADIUS
+    return ((position[..., :2] - place) ** 2).sum(axis=-1)
 
 
 def _axes(values: np.ndarray) -> list[tuple[int, str]]:
