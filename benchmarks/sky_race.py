@@ -21,6 +21,7 @@ from jink.metrics.sets import gospa
 from jink.metrics.skies import Picture
 from jink.scenarios.skies import SKIES, SkyRun
 
+from . import peers
 from .peers import many
 from .peers.many import Live, Task
 from .sky_measures import tracker_of
@@ -127,7 +128,7 @@ def measure(
     show: Callable[[str, Any], None] | None = None,
 ) -> tuple[Any, dict[str, str]]:
     """All chosen skies, each shown when it is done; libraries that are not installed are named with the reason."""
-    loaded = {name: many.load(name) for name in names}
+    loaded = {name: peers.load(name, many.__name__) for name in names}
     peers = {name: module for name, (module, _) in loaded.items() if module is not None}
     results = {}
     for sky in chosen:

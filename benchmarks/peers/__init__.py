@@ -34,10 +34,10 @@ JOBS = {
 }
 
 
-def load(key: str) -> tuple[ModuleType | None, str]:
-    """The peer's module and its version, or None and why it is missing."""
+def load(key: str, package: str = __name__) -> tuple[ModuleType | None, str]:
+    """The peer's module in this package, or another, and its version; or None and why it is missing."""
     try:
-        module = importlib.import_module(f"{__name__}.{key}")
+        module = importlib.import_module(f"{package}.{key}")
     except ImportError as error:
         return None, f"not installed ({error})"
     return module, importlib.metadata.version(module.DISTRIBUTION)

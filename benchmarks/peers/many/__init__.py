@@ -6,11 +6,8 @@ and plots (m, 2) and returns the picture of its confirmed tracks.
 
 from __future__ import annotations
 
-import importlib
-import importlib.metadata
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import ModuleType
 
 import numpy as np
 
@@ -65,12 +62,3 @@ class Task:
 def picture(ids: list[int], points: list[np.ndarray]) -> Picture:
     """Of lists."""
     return Picture(np.array(ids, np.int64), np.array(points, float).reshape(-1, 2))
-
-
-def load(key: str) -> tuple[ModuleType | None, str]:
-    """The peer's module and its version, or None and why it is missing."""
-    try:
-        module = importlib.import_module(f"{__name__}.{key}")
-    except ImportError as error:
-        return None, f"not installed ({error})"
-    return module, importlib.metadata.version(module.DISTRIBUTION)

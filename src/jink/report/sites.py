@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from .plan import plan_coordinates, plan_point
-from .rows import TrackRows
+from .plan import plan_point
 
 
 def site_places(
-    summary: Mapping[str, Any], rows: TrackRows, frame: dict[str, float] | None
+    summary: Mapping[str, Any], frame: dict[str, float] | None, east: np.ndarray, north: np.ndarray
 ) -> list[dict[str, float | str]]:
     """{"name", "x", "y", "range"} of each radar in the plan's metres; range: of the farthest row.
 
@@ -22,9 +21,6 @@ def site_places(
         points = {"": (0.0, 0.0)} if polar or given else {}
     else:
         points = {str(name): plan_point(frame, *place[:2]) for name, place in given.items()}
-    if not points or not len(rows):
-        return []
-    east, north, _ = plan_coordinates(rows)
     found = []
     for name, (x, y) in points.items():
         distance = np.hypot(east - x, north - y)

@@ -56,7 +56,7 @@ def page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str | Non
     if rows is not every:
         check = _check(rows)
     table = target_table(rows, check)
-    drawing = _draw(rows)
+    drawing = _draw(rows, summary)
     meta = {
         "clock": rows.clock,
         "same_day": _same_day(rows),
@@ -67,7 +67,7 @@ def page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str | Non
         "panels": drawing.panels,
         "nis_band": _common_band(rows, check),
         "liveliest": _liveliest(table, rows),
-        "sites": site_places(summary, rows, drawing.frame),
+        "sites": drawing.sites,
     }
     body = fill(
         "tracks.html",
@@ -108,10 +108,11 @@ class _Drawing:
     block: ArrayBlock
     panels: list[dict[str, Any]]
     frame: dict[str, float] | None
+    sites: list[dict[str, float | str]]
     drawn: int
 
 
-def _draw(rows: TrackRows) -> _Drawing:
+def _draw(rows: TrackRows, summary: Mapping[str, Any]) -> _Drawing:
     """Decimate and pack what is drawn."""
     east, north, frame = plan_coordinates(rows)
     shown = panels(rows)
@@ -131,7 +132,7 @@ def _draw(rows: TrackRows) -> _Drawing:
     _add_states(block, rows, keep, manoeuvring, probability)
     add_world(block, frame, east, north)
     entries = [_add_panel(block, panel, keep) for panel in shown]
-    return _Drawing(block, entries, frame, keep.size)
+    return _Drawing(block, entries, frame, site_places(summary, frame, east, north), keep.size)
 
 
 def _choose(
