@@ -245,7 +245,10 @@ def target_names(series: pl.Series) -> pl.Series:
 
 
 def _source(sheet: Sheet, file: str | None) -> pl.Series:
-    """Who measured: the sensor's column where there is one, otherwise the file."""
+    """Who measured: the sensor's column where most rows have one, otherwise the file."""
+    if "source" in sheet and "source" not in sheet.told and sheet.series("source").count() < sheet.frame.height / 2:
+        sheet.notes.append(f"column {sheet.shown('source')!r} is empty in most rows, so it names no sensor")
+        sheet.drop("source")
     if "source" in sheet:
         return texts(sheet.series("source")).fill_null("unknown").alias("source")
     return pl.repeat(file or "data", sheet.frame.height, dtype=pl.String, eager=True).alias("source")
