@@ -25,8 +25,9 @@ import jink
 ROOT = Path(__file__).parents[1]
 CACHE = ROOT / "benchmarks" / ".cache" / "real"
 PAGE = ROOT / "docs" / "reading.md"
-BABEL = {"gpx": "GPX", "kml": "KML", "nmea": "NMEA 0183", "gtrnctr": "TCX", "geojson": "GeoJSON", "igc": "IGC"}
-BABEL["ozi"] = "OziExplorer PLT"
+BABEL = {"gpx": "GPX", "kml": "KML", "nmea": "NMEA 0183", "gtrnctr": "TCX", "geojson": "GeoJSON", "igc": "IGC"} | {
+    "ozi": "OziExplorer PLT"
+}
 LIBRARIES = ("libqt5core5a", "libshp2", "libusb-1.0-0", "libpcre2-16-0", "libdouble-conversion3", "libicu72")
 
 
