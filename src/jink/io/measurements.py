@@ -25,7 +25,17 @@ from .conventions import NONE, Conventions, in_calendar
 from .errors import InputError
 from .kept import marked
 from .meaning import understand
-from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
+from .quality import (
+    GROUND_SD,
+    accuracies,
+    dilution,
+    grounded,
+    on_the_ground,
+    placeholders,
+    rate_accuracies,
+    refused,
+    speeds,
+)
 from .rates import rates
 from .sheet import Problem, Sheet
 from .stages import stage
@@ -47,7 +57,7 @@ class Measurements:
 
     `rows` has file, row, target, source, time (seconds, since 1970 when `absolute`), the position's
     components (NaN: missing), speed and the other rates that the table has (`rates.py`), position_sd and altitude_sd
-    (as each row states; NaN: not stated), dilution (how much rougher a row is than the middle one) and grounded (the
+    (as each row states; NaN: not stated; velocity_sd and vertical_rate_sd where stated), dilution (how much rougher a row is than the middle one) and grounded (the
     altitude was filled in on the ground); on_ground where a column says so. `rate_notes` are of interest where the
     rates are used.
     """
@@ -124,6 +134,7 @@ def measure(
         pl.Series("speed", speed),
         *[pl.Series(name, value) for name, value in moving.items()],
         position_sd,
+        *rate_accuracies(sheet, moving),
         *marked(frame, carried),
         pl.Series("dilution", dilution(sheet)),
         pl.Series("grounded", np.isfinite(ground_sd)),

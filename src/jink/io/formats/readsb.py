@@ -16,7 +16,7 @@ from .records import Format, Records, Refused
 # what is kept of an aircraft in a snapshot
 FIELDS = (
     *("hex", "flight", "lat", "lon", "alt_geom", "alt_baro", "gs", "track", "geom_rate", "baro_rate", "seen_pos"),
-    *("nic", "nac_p", "gva"),
+    *("nic", "nac_p", "gva", "nac_v"),
 )
 # dump1090 before 2018 (dump1090-mutability) has other names for what the transponder reports, in the same units
 OLDER = {"altitude": "alt_baro", "speed": "gs", "vert_rate": "baro_rate"}
@@ -92,7 +92,7 @@ SNAPSHOTS = Format(
     "an aircraft in a snapshot; several snapshots as JSON Lines or in an array",
     "hex, lat, lon, alt_geom or alt_baro (feet, or ground), gs (knots), track, geom_rate or baro_rate (ft/min)",
     "now − seen_pos, seconds since 1970",
-    "nac_p, nic, gva",
+    "nac_p, nic, gva; nac_v of velocities",
 )
 TRACES = Format(
     "readsb trace_full.json",
