@@ -57,9 +57,9 @@ class Measurements:
 
     `rows` has file, row, target, source, time (seconds, since 1970 when `absolute`), the position's
     components (NaN: missing), speed and the other rates that the table has (`rates.py`), position_sd and altitude_sd
-    (as each row states; NaN: not stated; velocity_sd and vertical_rate_sd where stated), dilution (how much rougher a row is than the middle one) and grounded (the
-    altitude was filled in on the ground); on_ground where a column says so. `rate_notes` are of interest where the
-    rates are used.
+    (as each row states; NaN: not stated), velocity_sd and vertical_rate_sd where the source states them, dilution (how
+    much rougher a row is than the middle one) and grounded (the altitude was filled in on the ground); on_ground where
+    a column says so. `rate_notes` are of interest where the rates are used.
     """
 
     rows: pl.DataFrame
