@@ -63,7 +63,7 @@ ROLES: Named = {
         ANGLE,
         (
             *("latitude", "lat", "position_latitude", "location_lat", "gps_lat", "gps_latitude", "position_lat"),
-            *("latitud", "breitengrad"),
+            *("latitud", "breitengrad", "breite"),
         ),
     ),
     "longitude": (
@@ -71,7 +71,7 @@ ROLES: Named = {
         (
             *("longitude", "lon", "lng", "long", "position_longitude", "location_long"),
             *("gps_lon", "gps_long", "gps_longitude", "location_lng", "location_lon", "position_long", "position_lon"),
-            *("longitud", "langengrad", "laengengrad"),
+            *("longitud", "langengrad", "laengengrad", "lange", "laenge"),
         ),
     ),
     "altitude": (
