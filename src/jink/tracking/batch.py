@@ -20,6 +20,7 @@ from ..filters.bank import Bank
 from ..io.conventions import Conventions
 from ..io.errors import InputError
 from ..io.loading import Loaded, Reading, load_files, load_frame
+from ..io.projections import with_grid
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
 from .lag import Lag
@@ -72,7 +73,8 @@ class Options(TypedDict, total=False):
     time_format: str | None
     time_zone: str | None
     axes: Literal["enu", "ned"] | None
-    azimuth_from: Literal["north", "east"] | None
+    azimuth_from: Literal["north", "east", "grid"] | None
+    crs: str | None
     threads: int | None
     anonymous: bool | Mapping[str, Any]
     velocity: bool
@@ -116,6 +118,7 @@ def track(
     time_zone: str | None = None,
     axes: str | None = None,
     azimuth_from: str | None = None,
+    crs: str | None = None,
     threads: int | None = None,
     details: bool = False,
     anonymous: bool | Mapping[str, Any] = False,
@@ -137,9 +140,11 @@ def track(
     (`{"range": 50, "azimuth_deg": 0.1}`); None: from columns of accuracy or estimated. site: latitude, longitude and
     altitude of a radar, or of several by the names of their sources.
     day_first, time_format (strftime), time_zone: how text dates are read. axes: "enu" or "ned";
-    azimuth_from: "north" (clockwise) or "east" (counter-clockwise). gap: seconds without a position that begin a new
-    part (0: never). anonymous: plots do not say whose they are; True, or any of detection, clutter, new_per_hour,
-    drop_after, period and association by name (docs/plots-without-names.md). A table without identity, in which
+    azimuth_from: "north" (clockwise), "east" (counter-clockwise), or "grid": clockwise from the north of a projection.
+    crs: the projection of x and y, or of that north, as pyproj knows it ("EPSG:3857").
+    gap: seconds without a position that begin a new part (0: never). anonymous: plots do not say whose they are; True,
+    or any of detection, clutter, new_per_hour, drop_after, period and association by name
+    (docs/plots-without-names.md). A table without identity, in which
     several rows share a time, is tracked so by itself. velocity: reported speeds, courses, vertical rates and range
     rates are used where they make held-out positions likelier; False leaves them out. keep: columns of the input that
     come back too (None: those that say who a target is). every: one row at each multiple of so many seconds ("1s"),
@@ -165,7 +170,8 @@ def track(
         velocity=velocity,
         every=parse_every(every),
     )
-    conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from)
+    conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from, crs)
+    conventions = with_grid(conventions, alone, bool(sites))
     kept = None if keep is None else tuple(keep)
     reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions, kept)
     tracked, back = _from_data(data, reading, settings, Anonymous.of(anonymous))
