@@ -670,7 +670,7 @@ def _write(tracked: Any, output: Path | None, kind: str, request: TrackRequest, 
             elif path is report:
                 from ..report import write_report
 
-                write_report(tracked.tracks, name, summary=tracked.summary)
+                write_report(tracked.tracks, name, summary=tracked.summary, sky=getattr(tracked, "sky", None))
             else:
                 with name.open("wb") as handle:
                     tracked.rejected.write_parquet(handle)

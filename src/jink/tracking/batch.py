@@ -29,6 +29,7 @@ from .output import tracks_table
 from .plausibility import Finding, Seen, as_dicts, findings
 from .prepare import Group, Settings, prepare, sites_of
 from .resampling import parse_every, resampled
+from .sky_picture import SkyPicture
 from .stretches import Piece, SegmentsGoOn, Stretched, pieces
 from .summary import reasons, summarise
 
@@ -49,6 +50,19 @@ class Tracked(NamedTuple, Generic[F]):
         from jink import plot
 
         plot(self).save(path)
+
+
+class TrackedSky(Tracked[F]):
+    """The same of plots without identity. sky: what the page shows beside the tracks."""
+
+    sky: SkyPicture
+
+    @staticmethod
+    def of(tracked: Tracked[Any], sky: SkyPicture) -> TrackedSky[Any]:
+        """With what the page shows."""
+        made = TrackedSky[Any](*tracked)
+        made.sky = sky
+        return made
 
 
 class Options(TypedDict, total=False):
@@ -176,7 +190,8 @@ def track(
     reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions, kept)
     tracked, back = _from_data(data, reading, settings, Anonymous.of(anonymous))
     if details:
-        return Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
+        given_back = Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
+        return TrackedSky.of(given_back, tracked.sky) if isinstance(tracked, TrackedSky) else given_back
     if tracked.rejected.height:
         why = ", ".join(f"{reason}: {n}" for reason, n in tracked.summary["rejected"].items())
         count = f"{tracked.rejected.height} of {tracked.summary['rows']} rows"
@@ -195,8 +210,10 @@ def _from_data(
     from ..io.frames import from_any, to_same
 
     tracked = run(load_frame(from_any(data), reading), settings, anonymous=how)
-    tracked = Tracked(tracked.tracks.drop("file"), tracked.rejected.drop("file"), tracked.summary)
-    return tracked, lambda frame: to_same(frame, data)
+    bare = Tracked(tracked.tracks.drop("file"), tracked.rejected.drop("file"), tracked.summary)
+    if isinstance(tracked, TrackedSky):
+        bare = TrackedSky.of(bare, tracked.sky)
+    return bare, lambda frame: to_same(frame, data)
 
 
 def run(
@@ -209,7 +226,8 @@ def run(
             raise InputError("site: plots without identity are tracked from one site; give one")
         if settings.every is not None:
             raise InputError("every: plots without identity are tracked scan by scan; leave it out")
-        tracked = Tracked(*run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress))
+        found = run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress)
+        tracked = TrackedSky.of(Tracked(*found[:3]), found[3])
     else:
         tracked = _run_named(loaded, settings, progress)
     measured = tracked.tracks if settings.every is None else tracked.tracks.filter(pl.col("row").is_not_null())
