@@ -28,6 +28,7 @@ from ..io.rejected import together
 from ..models.radar import Radar
 from .anonymous_rows import placed_plots, placed_tracks
 from .beliefs import Beliefs, Given, assumed
+from .manoeuvring import Manoeuvres, told
 from .output import tracks_table
 from .placing import Placed
 from .prepare import Pace, Settings, choose
@@ -126,7 +127,8 @@ def run_anonymous(
     rows = placed_tracks(plots, found)
     if settings.smoothing is not None:
         found = _smoothed(found, filter, rows, settings.smoothing)
-    table = _table(rows, found, measurements)
+    busy = Manoeuvres.of(filter, settings.kind, settings.manoeuvre_g, centred=settings.smooth)
+    table = _table(rows, found, measurements, busy)
     used = np.zeros(plots.rows.height, bool)
     used[found.plot[found.plot >= 0]] = True
     unused = plots.rows.filter(~used).select("file", "row").with_columns(reason=pl.lit("in no track: a false plot"))
@@ -191,9 +193,10 @@ def _smoothed(found: Found, filter: Any, rows: Placed, lag: dict[str, Any]) -> F
     return replace(found, estimate=replace(found.estimate, results=results))
 
 
-def _table(rows: Placed, found: Found, measurements: Measurements) -> pl.DataFrame:
+def _table(rows: Placed, found: Found, measurements: Measurements, what: Manoeuvres) -> pl.DataFrame:
     results = found.estimate.results | {"nis": np.full(len(found.id), np.nan), "nis_dof": np.zeros(len(found.id))}
-    table = tracks_table(rows, replace(found.estimate, results=results), measurements.absolute)
+    estimate = replace(found.estimate, results=results)
+    table = tracks_table(rows, estimate, measurements.absolute, told(estimate, rows.time, rows.new, what))
     table = table.with_columns(
         existence=found.existence, confirmed=found.confirmed, age=pl.Series(found.age, dtype=pl.Int32)
     )

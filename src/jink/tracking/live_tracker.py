@@ -26,6 +26,7 @@ from ..models.provenance import VERSION
 from ..times import seconds
 from .live import LiveTracks
 from .live_targets import Followed
+from .manoeuvring import told
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
 from .placing import Placed
@@ -161,7 +162,8 @@ class LiveTracker:
         first = np.array([True])
         plane, height = nothing[:, :2], np.array([math.nan])
         placed = Placed(rows, np.zeros(1), nothing, plane, height, first, target.axes, names, frame)
-        table = tracks_table(placed, estimate, bool(self._tracks.lines.absolute))
+        manoeuvres = told(estimate, np.zeros(1), first, target.pool.manoeuvres)
+        table = tracks_table(placed, estimate, bool(self._tracks.lines.absolute), manoeuvres)
         measured = [column for column in table.columns if column.startswith(("measured_", "nis"))]
         return table.drop("file", "row", "segment", *measured)
 
