@@ -45,9 +45,9 @@ class LiveTracker:
 
     kind: of the targets; filter: a name of ``jink.FILTERS`` or a filter, by default the kind's; sensor_sd: metres, or
     per component; site: latitude, longitude and altitude of a radar; gap (s): without a position for longer a target is
-    forgotten, and begins a new part when it comes back (0: never). columns, altitude_unit, time_unit, axes and
-    azimuth_from as for :func:`jink.track`. The measurement noise is the usual one of the kind unless sensor_sd says
-    otherwise. Errors: InputError (a ValueError).
+    forgotten, and begins a new part when it comes back (0: never). columns, altitude_unit, time_unit, axes,
+    azimuth_from and manoeuvre_g as for :func:`jink.track`. The measurement noise is the usual one of the kind unless
+    sensor_sd says otherwise. Errors: InputError (a ValueError).
     """
 
     def __init__(
@@ -63,10 +63,17 @@ class LiveTracker:
         time_unit: Literal["s", "ms", "us", "ns"] | None = None,
         axes: Literal["enu", "ned"] | None = None,
         azimuth_from: Literal["north", "east"] | None = None,
+        manoeuvre_g: float | None = None,
     ) -> None:
         alone, sites = sites_of({} if site is None else {"": site})
         settings = Settings(
-            filter=filter, kind=kind, sensor_sd=parse_sensor_sd(sensor_sd), site=alone, sites=sites, gap=gap
+            filter=filter,
+            kind=kind,
+            sensor_sd=parse_sensor_sd(sensor_sd),
+            site=alone,
+            sites=sites,
+            gap=gap,
+            manoeuvre_g=manoeuvre_g,
         )
         conventions = Conventions(None, None, None, axes, azimuth_from)
         reading = Reading(columns, altitude_unit, time_unit, True, conventions, None)
