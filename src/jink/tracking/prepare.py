@@ -52,6 +52,7 @@ class Settings:
     threads: int | None = None
     velocity: bool = True
     every: float | None = None
+    manoeuvre_g: float | None = None
     sites: dict[str, SiteFrame] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -62,6 +63,10 @@ class Settings:
             raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
         if self.threads is not None and self.threads < 1:
             raise InputError(f"threads is {self.threads}; expected 1 or more")
+        if self.manoeuvre_g is not None and not 0 < self.manoeuvre_g < math.inf:
+            raise InputError(
+                f"manoeuvre_g is {self.manoeuvre_g!r}; expected an acceleration in g above 0, such as 0.05"
+            )
         if self.min_points < 1:
             raise InputError(f"min_points is {self.min_points}; expected 1 or more")
 
