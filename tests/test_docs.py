@@ -66,10 +66,15 @@ def test_the_readmes_targets_of_make_exist():
 
 
 def test_outputs_in_the_readme_and_the_guides_are_those_of_today():
-    pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("guide-*.md"))]
+    pages = [ROOT / "README.md", ROOT / "docs" / "trust.md", *sorted((ROOT / "docs").glob("guide-*.md"))]
     script = str(ROOT / "scripts" / "run_in_docs.py")
     done = subprocess.run([sys.executable, script, "--check", *map(str, pages)], check=False)
     assert done.returncode == 0, "run scripts/run_in_docs.py"
+
+
+def test_the_gallery_has_every_scenario_as_it_is():
+    done = subprocess.run([sys.executable, str(ROOT / "scripts" / "gallery.py"), "--check"], check=False)
+    assert done.returncode == 0, "run scripts/gallery.py"
 
 
 def test_the_tables_of_what_jink_reads_are_those_of_the_code():
