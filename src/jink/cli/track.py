@@ -156,6 +156,15 @@ class TrackRequest:
             "One scan makes positions a fifth to a quarter better.",
         ),
     ] = None
+    manoeuvre_g: Annotated[
+        float | None,
+        typer.Option(
+            "--manoeuvre-g",
+            metavar="G",
+            help="Acceleration in g from which on a target manoeuvres, horizontally and vertically. "
+            "Default: that of the kind, such as 0.05 and 0.03 for aircraft.",
+        ),
+    ] = None
     kind: Annotated[
         str,
         typer.Option(
@@ -413,6 +422,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         threads=request.threads,
         velocity=not request.no_velocity,
         every=parse_every(request.every),
+        manoeuvre_g=request.manoeuvre_g,
     )
     columns = parse_columns(request.columns)
     checked, kept = not request.no_check, None if request.keep is None else tuple(words_of(request.keep))
@@ -670,7 +680,7 @@ def _write(tracked: Any, output: Path | None, kind: str, request: TrackRequest, 
             elif path is report:
                 from ..report import write_report
 
-                write_report(tracked.tracks, name, summary=tracked.summary)
+                write_report(tracked.tracks, name, summary=tracked.summary, sky=getattr(tracked, "sky", None))
             else:
                 with name.open("wb") as handle:
                     tracked.rejected.write_parquet(handle)
