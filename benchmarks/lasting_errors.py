@@ -3,10 +3,11 @@
     python -m benchmarks.lasting_errors [--targets 12]
 
 Walkers and cars are seen every second with errors of 3 m, which die away with the time constant in the second column
-(first-order Markov); 5 % of the sd is white. They go straight for 20 minutes, or turn every 20 seconds for five; *with a
-straight one*: one that goes straight is in the same file, and those that turn are scored. `jink track` estimates the noise from the positions alone. *found*: targets whose errors were found to last. Three treatments:
-what third differences show as noise; all of the error as noise; and that with what no filter takes out, which is what
-`jink track` does (`jink.tracking.lasting`).
+(first-order Markov); 5 % of the sd is white. They go straight for 20 minutes, or turn every 20 seconds for five. *With
+a straight one*: one that goes straight is in the same file, and the one that turns is scored. `jink track` estimates
+the noise from the positions alone. *found*: targets whose errors were found to last. Three treatments: what third
+differences show as noise; all of the error as noise; and that with what no filter takes out, which is what `jink track`
+does (`jink.tracking.lasting`).
 """
 
 from __future__ import annotations
