@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import gzip
+import io
 import json
 import math
+import tarfile
 import zipfile
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
@@ -64,6 +66,15 @@ def packed(files: dict[str, bytes]) -> Callable[[Path], Path]:
 def lettered(texts: list[str]) -> bytes:
     rows = [f"{texts[i % len(texts)]},{row.split(',', 1)[1]}" for i, row in enumerate(PLANE.lines(ROW))]
     return table(rows, "icao24,time,lat,lon")
+
+
+def tar() -> bytes:
+    content = io.BytesIO()
+    with tarfile.open(fileobj=content, mode="w") as archive:
+        info = tarfile.TarInfo("x.csv")
+        info.size = 5
+        archive.addfile(info, io.BytesIO(b"a,b\n\n"))
+    return content.getvalue()
 
 
 ZONE = ZoneInfo("Europe/Berlin")
@@ -303,6 +314,8 @@ def test_a_last_line_that_was_cut_costs_itself_alone(tmp_path):
         (timed(lambda t: t.strftime("%Y-%jT%H:%M:%SZ")), "--time-format says how"),
         (table(CAR.lines("1,{t},u1hzz"), "id,time,geohash"), "Found: id, time, geohash"),
         (table(CAR.lines(ROW), "id,time,start_lat,start_lon"), "--columns latitude="),
+        (tar(), "is a tar archive"),
+        (gzip.compress(tar()), "is a tar archive"),
         (b"<html><table><tr><td>time</td></tr></table></html>", "XML or HTML of an unknown kind"),
         (plain("id,time,x,y").replace(b".", b",").replace(b"0,0,", b"0;0;"), "."),
     ],

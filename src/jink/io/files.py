@@ -215,6 +215,8 @@ def open_content(file: str, content: bytes) -> Table:
         return _json(file, content)
     if start == b"<":
         raise NoTable(f"{file} is XML or HTML of an unknown kind; jink reads GPX, KML and TCX of that sort")
+    if content[257:262] == b"ustar":
+        raise NoTable(f"{file} is a tar archive (unpack it, or pack its files as ZIP)")
     if b"\x00" in content[:4096]:
         raise NoTable(
             f"{file} is a binary file of an unknown format; jink reads CSV, Parquet, Arrow/Feather, JSON and JSON Lines"
