@@ -4,8 +4,8 @@
 
 Each flight is seen by a radar of its own place: 70 m and .068 degrees every 12 s, 50 m and .06 degrees every 4 s,
 heights to 10 m. The radar stands 30 to 120 km from the middle of the flight in a random direction. Of the plots a share
-has so many times the noise in range and azimuth. Truth is the local cubic of `benchmarks.flights`. Without FLIGHTS the quickstart
-collection is fetched once. Standard errors are over flights, by the jackknife.
+has so many times the noise in range and azimuth. Truth is the local cubic of `benchmarks.flights`. Without FLIGHTS the
+quickstart collection is fetched once. Standard errors are over flights, by the jackknife.
 """
 
 from __future__ import annotations
