@@ -2,10 +2,10 @@
 
     python -m benchmarks.parts [FLIGHTS] [--share 0.01] [--scale 20] [--draws 4] [--half held-out|fitted]
 
-Each flight is seen by a radar of its own place: 70 m and .068 degrees every 12 s, 50 m and .06 degrees every 4 s, heights
-to 10 m. The radar stands 30 to 120 km from the middle of the flight in a random direction. Of the plots a share has so many
-times the noise in range and azimuth. Truth is the local cubic of `benchmarks.flights`. Without FLIGHTS the quickstart
-collection is fetched once. Standard errors are over flights, by the jackknife.
+Each flight is seen by a radar of its own place: 70 m and .068 degrees every 12 s, 50 m and .06 degrees every 4 s,
+heights to 10 m. The radar stands 30 to 120 km from the middle of the flight in a random direction. Of the plots a share
+has so many times the noise in range and azimuth. Truth is the local cubic of `benchmarks.flights`. Without FLIGHTS the
+quickstart collection is fetched once. Standard errors are over flights, by the jackknife.
 """
 
 from __future__ import annotations
@@ -175,9 +175,8 @@ def lines(found: Measured, data: Seen) -> list[str]:
             f"{100 * square[data.gross[data.settled]].sum() / square.sum():.1f} % of the squared error"
         )
     restarts = int((found.status[data.settled] == 4).sum())
-    out.append(
-        f"  others rejected {100 * rejected.sum() / (data.settled & ~data.gross).sum():.3f} %; {restarts} restarts"
-    )
+    share = rejected.sum() / (data.settled & ~data.gross).sum()
+    out.append(f"  others rejected {100 * share:.3f} %; {restarts} restarts")
     return out
 
 
