@@ -328,3 +328,38 @@ def test_what_cannot_be_read_is_refused_in_words(tmp_path, content, message):
 def test_an_ordinal_date_by_its_format(tmp_path):
     content = timed(lambda t: t.strftime("%Y-%jT%H:%M:%SZ"))
     CAR.agrees(written(tmp_path / "x.csv", content, time_format="%Y-%jT%H:%M:%SZ")[0])
+
+
+def parts_of(value: float, count: int) -> str:
+    size = abs(value)
+    minutes = size % 1 * 60
+    degrees = f"-{int(size)}" if value < 0 else f"{int(size)}"
+    return f"{degrees},{minutes:.5f}" if count == 2 else f"{degrees},{int(minutes)},{minutes % 1 * 60:.4f}"
+
+
+@pytest.mark.parametrize(
+    ("count", "header"),
+    [(2, "id,time,Lat Deg,Lat Min,Lon Deg,Lon Min"), (3, "id,time,lat_deg,lat_min,lat_sec,lon_deg,lon_min,lon_sec")],
+)
+@pytest.mark.parametrize("journey", [CAR, SOUTH, Journey(latitude=-0.4, longitude=-0.5)])
+def test_degrees_minutes_and_seconds_in_columns_of_their_own(tmp_path, count, header, journey):
+    pairs = zip(journey.times, journey.places, strict=True)
+    rows = [f"1,{t:%Y-%m-%dT%H:%M:%SZ},{parts_of(lat, count)},{parts_of(lon, count)}" for t, (lat, lon) in pairs]
+    tracks, rejected, summary = written(tmp_path / "x.csv", table(rows, header))
+    journey.agrees(tracks)
+    assert not rejected.height and any("is put together from columns" in note for note in summary["notes"])
+    assert tracks["latitude"][0] == pytest.approx(journey.latitude, abs=1e-5)
+
+
+def test_tables_of_r_begin_their_rows_with_a_number(tmp_path):
+    content = table(CAR.lines('"{n}",1,{t},{lat:.7f},{lon:.7f}'), '"id","time","lat","lon"')
+    tracks, rejected, _ = written(tmp_path / "x.csv", content)
+    CAR.agrees(tracks)
+    assert not rejected.height
+
+
+def test_days_of_a_spreadsheet_with_decimal_commas(tmp_path):
+    content = timed(lambda t: f"{t.timestamp() / 86_400 + 25_569:.9f}").replace(b".", b",")
+    tracks, rejected, summary = written(tmp_path / "x.csv", content)
+    CAR.agrees(tracks)
+    assert not rejected.height and any("as spreadsheets" in note for note in summary["notes"])

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 import polars as pl
 
-from .clocks import read_times
+from .clocks import DECIMAL_COMMA, read_times
 from .columns import listed, normal
 from .conventions import Times
 from .dates import OF_DAY, readings
@@ -335,6 +335,8 @@ def with_midnights(seconds: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, 
 
 def wants_motion(series: pl.Series) -> bool:
     """Whether the size of the numbers leaves open what they count."""
+    if series.dtype == pl.String and series.str.contains(DECIMAL_COMMA).sum() >= 0.5 * series.count():
+        series = series.str.replace(",", ".")
     if _is_text(series):
         return False
     value = numbers(series)[0]

@@ -109,11 +109,13 @@ class CsvText:
         return self._line_by_line(wanted)
 
     def _with_names(self, frame: pl.DataFrame) -> pl.DataFrame:
-        """Identifiers such as 3e1234 stay text: as a number that one is infinite."""
+        """Identifiers such as 3e1234 stay text (as a number that one is infinite), and so do degrees of -0."""
+        zero = f"{self.separator}-0{self.separator}".encode() in self.content
         wrong = [
             name
             for name, kind in frame.schema.items()
-            if kind == pl.Float64 and (normal(name) in IDENTIFIERS or frame[name].is_infinite().any())
+            if (kind == pl.Float64 and (normal(name) in IDENTIFIERS or frame[name].is_infinite().any()))
+            or (kind == pl.Int64 and zero and normal(name).startswith(("lat", "lon", "lng")))
         ]
         if not wrong:
             return frame
