@@ -152,7 +152,7 @@ class TrackRequest:
         typer.Option(
             metavar="LAG",
             help="Let every estimate use what was measured up to so many scans (2) or seconds (8s) later. "
-            "One scan makes positions a fifth to a quarter better.",
+            "One scan makes positions a fifth to a quarter better. A stream gets it beside the current estimate.",
         ),
     ] = None
     manoeuvre_g: Annotated[
@@ -451,7 +451,6 @@ def _run_live(request: TrackRequest) -> int:
         raise InputError("--anonymous needs whole scans: give a file, or use jink.Tracker.scan in Python")
     for given, option in (
         (request.smooth, "--smooth"),
-        (request.lag, "--lag"),
         (request.report, "--report"),
         (request.output, "--output"),
         (request.json, "--json"),

@@ -24,6 +24,8 @@ from ..io.measurements import Measurements
 from ..io.writing import plain_times
 from .cleaning import measured_rows
 from .ground import least_heights
+from .live_lagged import OUTPUTS as LAGGED
+from .live_lagged import lagged_table, scans_of
 from .live_lines import Lines
 from .live_manoeuvres import columns
 from .live_order import Order, Waiting, tomorrow
@@ -57,6 +59,7 @@ class LiveTracks:
     apart: bool = False  # every target has a filter of its own, which can predict and be saved
 
     def __post_init__(self) -> None:
+        scans_of(self.settings.lag)
         self.lines = Lines(self.reading, notes=self.notes)
         self.pace = Pace.of(0.0, self.settings)
         self.active: dict[str, Followed] = {}  # those that have a slot
@@ -295,7 +298,7 @@ class LiveTracks:
             usual = _usual(given, self.settings.kind)
             filter = choose(components, usual, pace, self.settings)[1]
             what = Manoeuvres.of(filter, self.settings.kind, self.settings.manoeuvre_g)
-            self.pools[axes, pace] = Pool(filter, what, self.apart)
+            self.pools[axes, pace] = Pool(filter, what, self.apart, scans_of(self.settings.lag))
             note = "measurement noise cannot be estimated from a stream: the usual value is taken; --sensor-sd sets it"
             if not given and self.settings.filter is None:
                 self._say(note)
@@ -323,7 +326,21 @@ class LiveTracks:
         z = np.array([entry.z for entry in entries])
         placed = self._placed(_rows_of(rows, entries).with_columns(part), z, entries, axes, measurements, third)
         manoeuvres = columns([entry.told for entry in entries if entry.told is not None])
-        return tracks_table(placed, estimate, measurements.absolute, manoeuvres, self._lowest(placed))
+        table = tracks_table(placed, estimate, measurements.absolute, manoeuvres, self._lowest(placed))
+        late = [each.lagged for each in some if each.lagged is not None]
+        if not late:
+            return table
+        lagged = lagged_table(
+            _joined(late, LAGGED),
+            [entry.behind for entry in entries],
+            [entry.target.delayed for entry in entries],
+            axes=axes,
+            site=self.settings.site,
+            absolute=measurements.absolute,
+            manoeuvres=some[0].entries[0].pool.manoeuvres,
+            ground=self.ground,
+        )
+        return table if lagged is None else pl.concat([table, lagged], how="horizontal")
 
     def _lowest(self, placed: Placed) -> np.ndarray:
         """The ground of each row (N,), as the stream has shown it up to there."""
@@ -393,9 +410,9 @@ def _measurement(row: dict[str, Any], position: str, third: str | None, axes: in
     return [row[first], row[second], *vertical]
 
 
-def _joined(estimates: list[Estimate]) -> Estimate:
+def _joined(estimates: list[Estimate], outputs: tuple[str, ...] = OUTPUTS) -> Estimate:
     """The estimates of filters that differ in their numbers at most."""
     if len(estimates) == 1:
         return estimates[0]
-    stacked = {name: np.concatenate([each.results[name] for each in estimates]) for name in OUTPUTS}
+    stacked = {name: np.concatenate([each.results[name] for each in estimates]) for name in outputs}
     return replace(estimates[0], results=stacked)

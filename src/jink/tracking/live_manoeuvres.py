@@ -53,8 +53,15 @@ class Row(Protocol):
         """With its `past`."""
         ...
 
-    time: float
-    silent: bool
+    @property
+    def time(self) -> float:
+        """s"""
+        ...
+
+    @property
+    def silent(self) -> bool:
+        """Is nothing said of it?"""
+        ...
 
 
 def told_live(rows: Sequence[Row], estimate: Estimate, what: Manoeuvres) -> list[ToldLive]:
