@@ -20,6 +20,7 @@ from ..filters.bank import Bank
 from ..io.conventions import Conventions
 from ..io.errors import InputError
 from ..io.loading import Loaded, Reading, load_files, load_frame
+from ..io.projections import with_grid
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
 from .lag import Lag
@@ -29,6 +30,7 @@ from .output import tracks_table
 from .plausibility import Finding, Seen, as_dicts, findings
 from .prepare import Group, Settings, prepare, sites_of
 from .resampling import parse_every, resampled
+from .sky_picture import SkyPicture
 from .stretches import ManoeuvresGoOn, Run, Stretched, pieces
 from .summary import reasons, summarise
 
@@ -49,6 +51,19 @@ class Tracked(NamedTuple, Generic[F]):
         from jink import plot
 
         plot(self).save(path)
+
+
+class TrackedSky(Tracked[F]):
+    """The same of plots without identity. sky: what the page shows beside the tracks."""
+
+    sky: SkyPicture
+
+    @staticmethod
+    def of(tracked: Tracked[Any], sky: SkyPicture) -> TrackedSky[Any]:
+        """With what the page shows."""
+        made = TrackedSky[Any](*tracked)
+        made.sky = sky
+        return made
 
 
 class Options(TypedDict, total=False):
@@ -73,7 +88,8 @@ class Options(TypedDict, total=False):
     time_format: str | None
     time_zone: str | None
     axes: Literal["enu", "ned"] | None
-    azimuth_from: Literal["north", "east"] | None
+    azimuth_from: Literal["north", "east", "grid"] | None
+    crs: str | None
     threads: int | None
     anonymous: bool | Mapping[str, Any]
     velocity: bool
@@ -118,6 +134,7 @@ def track(
     time_zone: str | None = None,
     axes: str | None = None,
     azimuth_from: str | None = None,
+    crs: str | None = None,
     threads: int | None = None,
     details: bool = False,
     anonymous: bool | Mapping[str, Any] = False,
@@ -141,9 +158,11 @@ def track(
     (`{"range": 50, "azimuth_deg": 0.1}`); None: from columns of accuracy or estimated. site: latitude, longitude and
     altitude of a radar, or of several by the names of their sources.
     day_first, time_format (strftime), time_zone: how text dates are read. axes: "enu" or "ned";
-    azimuth_from: "north" (clockwise) or "east" (counter-clockwise). gap: seconds without a position that begin a new
-    part (0: never). anonymous: plots do not say whose they are; True, or any of detection, clutter, new_per_hour,
-    drop_after, period and association by name (docs/plots-without-names.md). A table without identity, in which
+    azimuth_from: "north" (clockwise), "east" (counter-clockwise), or "grid": clockwise from the north of a projection.
+    crs: the projection of x and y, or of that north, as pyproj knows it ("EPSG:3857").
+    gap: seconds without a position that begin a new part (0: never). anonymous: plots do not say whose they are; True,
+    or any of detection, clutter, new_per_hour, drop_after, period and association by name
+    (docs/plots-without-names.md). A table without identity, in which
     several rows share a time, is tracked so by itself. velocity: reported speeds, courses, vertical rates and range
     rates are used where they make held-out positions likelier; False leaves them out. keep: columns of the input that
     come back too (None: those that say who a target is). every: one row at each multiple of so many seconds ("1s"),
@@ -171,12 +190,14 @@ def track(
         every=parse_every(every),
         manoeuvre_g=manoeuvre_g,
     )
-    conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from)
+    conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from, crs)
+    conventions = with_grid(conventions, alone, bool(sites))
     kept = None if keep is None else tuple(keep)
     reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions, kept)
     tracked, back = _from_data(data, reading, settings, Anonymous.of(anonymous))
     if details:
-        return Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
+        given_back = Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
+        return TrackedSky.of(given_back, tracked.sky) if isinstance(tracked, TrackedSky) else given_back
     if tracked.rejected.height:
         why = ", ".join(f"{reason}: {n}" for reason, n in tracked.summary["rejected"].items())
         count = f"{tracked.rejected.height} of {tracked.summary['rows']} rows"
@@ -195,8 +216,10 @@ def _from_data(
     from ..io.frames import from_any, to_same
 
     tracked = run(load_frame(from_any(data), reading), settings, anonymous=how)
-    tracked = Tracked(tracked.tracks.drop("file"), tracked.rejected.drop("file"), tracked.summary)
-    return tracked, lambda frame: to_same(frame, data)
+    bare = Tracked(tracked.tracks.drop("file"), tracked.rejected.drop("file"), tracked.summary)
+    if isinstance(tracked, TrackedSky):
+        bare = TrackedSky.of(bare, tracked.sky)
+    return bare, lambda frame: to_same(frame, data)
 
 
 def run(
@@ -209,7 +232,8 @@ def run(
             raise InputError("site: plots without identity are tracked from one site; give one")
         if settings.every is not None:
             raise InputError("every: plots without identity are tracked scan by scan; leave it out")
-        tracked = Tracked(*run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress))
+        found = run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress)
+        tracked = TrackedSky.of(Tracked(*found[:3]), found[3])
     else:
         tracked = _run_named(loaded, settings, progress)
     measured = tracked.tracks if settings.every is None else tracked.tracks.filter(pl.col("row").is_not_null())

@@ -21,6 +21,7 @@ from ..filters.bank import Bank
 from ..io.conventions import Conventions
 from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
+from ..io.projections import with_grid
 from ..io.writing import plain_times
 from ..models.provenance import VERSION
 from ..times import seconds
@@ -47,9 +48,9 @@ class LiveTracker:
     kind: of the targets; filter: a name of ``jink.FILTERS`` or a filter, by default the kind's; sensor_sd: metres, or
     per component; site: latitude, longitude and altitude of a radar; gap (s): without a position for longer a target is
     forgotten, and begins a new part when it comes back (0: never). columns, altitude_unit, time_unit, axes,
-    azimuth_from and manoeuvre_g as for :func:`jink.track`. The measurement noise is the usual one of the kind unless
-    sensor_sd says otherwise. lag: rows have columns ``lagged_…`` too, where the target was so many of its rows ago by
-    all that came since; of a loaded state they know the rows since alone. Errors: InputError (a ValueError).
+    azimuth_from, crs and manoeuvre_g as for :func:`jink.track`. The measurement noise is the usual one of the kind
+    unless sensor_sd says otherwise. lag: rows have columns ``lagged_…`` too, where the target was so many of its rows
+    ago by all that came since; of a loaded state they know the rows since alone. Errors: InputError (a ValueError).
     """
 
     def __init__(
@@ -64,7 +65,8 @@ class LiveTracker:
         altitude_unit: Literal["ft", "m"] | None = None,
         time_unit: Literal["s", "ms", "us", "ns"] | None = None,
         axes: Literal["enu", "ned"] | None = None,
-        azimuth_from: Literal["north", "east"] | None = None,
+        azimuth_from: Literal["north", "east", "grid"] | None = None,
+        crs: str | None = None,
         manoeuvre_g: float | None = None,
         lag: int | None = None,
     ) -> None:
@@ -79,7 +81,7 @@ class LiveTracker:
             manoeuvre_g=manoeuvre_g,
             lag=Lag.of(lag),
         )
-        conventions = Conventions(None, None, None, axes, azimuth_from)
+        conventions = with_grid(Conventions(None, None, None, axes, azimuth_from, crs), alone, bool(sites))
         reading = Reading(columns, altitude_unit, time_unit, True, conventions, None)
         self.kind = kind
         self._tracks = LiveTracks(reading, settings, apart=True)
