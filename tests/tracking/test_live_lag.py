@@ -66,7 +66,7 @@ def test_a_lag_of_seconds_and_one_without_a_smoother_are_refused():
     with pytest.raises(InputError, match="a stream takes a number of scans"):
         LiveTracks(Reading(), Settings(lag=Lag.of("8s")))
     tracker = jink.LiveTracker(filter="input-estimation", lag=2)
-    with pytest.raises(InputError, match="lag: .* cannot be smoothed"):
+    with pytest.raises(InputError, match=r"lag: .* cannot be smoothed"):
         tracker.update("a", 0.0, x=1.0, y=2.0)
 
 

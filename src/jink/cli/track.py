@@ -213,7 +213,7 @@ class TrackRequest:
         typer.Option(
             metavar="MAP",
             rich_help_panel=INPUT,
-            help="Name the columns yourself: target=hex,altitude_ft=alt,time_ms=t.",
+            help="Name the columns yourself: target=hex,altitude_ft=alt,time_s=t.",
         ),
     ] = None
     altitude_unit: Annotated[
