@@ -98,3 +98,32 @@ def test_covariances_with_a_lag_are_those_of_the_errors():
         mean, error_of_mean = ratio(nees.sum(axis=1), np.full(runs, float(nees.shape[1])))
         # a merged mixture is not Gaussian, so its NEES is 1 to some hundredths; three standard errors beside
         assert abs(mean - 1.0) < 0.06 + 3 * error_of_mean, (lag, mean, error_of_mean)
+
+
+def test_a_tracker_with_a_lag_says_where_its_tracks_were():
+    rng, T, lag, scans = np.random.default_rng(3), 4.0, 2, 60
+    filter = jink.default_filter("aircraft", jink.Position(sd=50.0), interval=T)
+    options = {"new_per_hour": 1.0, "targets": 3.0}
+    radar = jink.Radar(detection=0.95, clutter_per_scan=2.0, area=(-1e4, 7e4, -1e4, 9e4))
+    tracker, plain = (jink.Tracker(filter, radar, lag=k, **options) for k in (lag, 0))
+    there = lambda k: np.array([[200.0 * T * k, 3e4 * b + 6e3 * np.sin(k / 12.0)] for b in range(3)])  # noqa: E731
+    errors: dict[str, list[float]] = {"now": [], "lagged": []}
+    for k in range(scans):
+        seen = there(k) + rng.normal(0, 50, (3, 2))
+        plots = np.vstack([seen[rng.random(3) < 0.95], rng.uniform([-1e4, -1e4], [7e4, 9e4], (2, 2))])
+        picture, same = tracker.scan(T * k, plots), plain.scan(T * k, plots)
+        assert same.lagged is None and picture.lagged is not None
+        assert_allclose(picture.estimate.x, same.estimate.x)
+        known = np.isfinite(picture.lagged.time) & picture.confirmed
+        if k < 15:
+            continue
+        assert_allclose(picture.lagged.time[known], T * (k - lag))
+        for name, estimate, then in (("now", picture.estimate, k), ("lagged", picture.lagged, k - lag)):
+            for place in np.column_stack([estimate["px"], estimate["py"]])[known]:
+                off = np.hypot(*(there(then) - place).T).min()
+                errors[name] += [off] if off < 1e3 else []
+    # two scans later an error is about .65 of the current one; there are some 130 errors, correlated over a few
+    assert len(errors["now"]) > 100
+    assert np.mean(np.square(errors["lagged"])) < 0.75**2 * np.mean(np.square(errors["now"]))
+    with pytest.raises(ValueError, match="lag: expected none beside history"):
+        jink.Tracker(filter, radar, lag=1, history=2)
