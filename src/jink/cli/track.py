@@ -156,6 +156,15 @@ class TrackRequest:
             "One scan makes positions a fifth to a quarter better. A stream gets it beside the current estimate.",
         ),
     ] = None
+    target_height: Annotated[
+        str | None,
+        typer.Option(
+            "--target-height",
+            metavar="M,SD",
+            help="How high targets are above a radar that measures no heights, in metres, such as 4000,3500; "
+            "ground: its ranges are those along the ground.",
+        ),
+    ] = None
     manoeuvre_g: Annotated[
         float | None,
         typer.Option(
@@ -402,6 +411,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
     from ..tracking.noise_level import parse_sensor_sd
     from ..tracking.prepare import sites_of
     from ..tracking.resampling import parse_every
+    from ..tracking.unknown_height import TargetHeight
 
     check_kind(request.kind)
     site, sites = sites_of(parse_sites(request.site))
@@ -423,6 +433,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         velocity=not request.no_velocity,
         every=parse_every(request.every),
         manoeuvre_g=request.manoeuvre_g,
+        target_height=TargetHeight.of(request.target_height),
     )
     columns = parse_columns(request.columns)
     checked, kept = not request.no_check, None if request.keep is None else tuple(words_of(request.keep))

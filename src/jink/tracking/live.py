@@ -35,6 +35,7 @@ from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD
 from .output import tracks_table
 from .placing import Placed, lay
 from .prepare import Pace, Settings, choose
+from .unknown_height import TargetHeight, height_of, on_the_ground
 
 STALE_SPEED = 5.0  # m/s: estimated speed above which a repeated position is an old one
 STEPS = 64  # times between two rows of a target that tell the usual one
@@ -69,6 +70,7 @@ class LiveTracks:
         self._times: deque[float] = deque(maxlen=LATEST)
         self._pending: list[Entry] = []
         self._answered: list[Answered] = []
+        self._target_height: TargetHeight | None = None
         self._leaving: list[tuple[Pool, int]] = []
 
     def take(self, lines: list[bytes]) -> tuple[str, str]:
@@ -162,6 +164,8 @@ class LiveTracks:
         assert target is not None
         here = (row["latitude"], row["longitude"]) if position == "geographic" and measured else None
         z = _measurement(row, position, third, target.axes)
+        if position == "polar" and target.axes == 2 and not (height := self._height()).is_ground:
+            z[0] = float(height.ground_range(np.array([z[0]]))[0][0])
         if measured and self.settings.drop_stale and self._stale(row, position, target):
             measured, here, z = False, None, [math.nan] * len(z)
         if target.rows == 0:
@@ -286,6 +290,17 @@ class LiveTracks:
         self._flush()
         return lost
 
+    def _height(self) -> TargetHeight:
+        """Of targets without heights; what is taken for granted is noted once."""
+        if self._target_height is None:
+            columns = self.lines.columns
+            name = columns.roles["range"].name if columns is not None and "range" in columns.roles else ""
+            given = self.settings.target_height
+            self._target_height, words = height_of(given, self.settings.kind, name, False)
+            if words:
+                self._say(words)
+        return self._target_height
+
     def _axes(self) -> int | None:
         return getattr(self.settings.filter, "axes", None)
 
@@ -366,6 +381,8 @@ class LiveTracks:
         new = np.arange(len(entries)) == 0
         if measurements.position != "geographic":
             placed = lay(rows, measurements.position, self.settings.site, axes, third if axes == 3 else None)
+            if measurements.position == "polar" and axes == 2 and not (height := self._height()).is_ground:
+                placed = on_the_ground(placed, height)
             return replace(placed, z=z)
         anchors = np.array([entry.anchor for entry in entries])
         frame = DevelopedFrame(z[:, 0], z[:, 1], *anchors.T)
