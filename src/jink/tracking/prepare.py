@@ -28,6 +28,7 @@ from .held_out import Used
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
+from .seen_by_radar import with_lines_of_sight
 from .several_sites import to_the_map
 from .unknown_height import TargetHeight, height_of, on_the_ground
 
@@ -174,6 +175,8 @@ def prepare(measurements: Measurements, settings: Settings, known: Known | None 
     named = "source" in measurements.named
     placed = place(cleaned.rows, measurements.position, site, axes_of(settings.filter), named)
     placed = _without_heights(placed, measurements, settings)
+    if settings.site is not None:
+        placed = [with_lines_of_sight(each, settings.site) for each in placed]
     return Prepared(cleaned, pace, [_group(each, pace, settings, known) for each in placed])
 
 
