@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from .batch import run_table
 from .detection import Detections
 from .extent import Extent
 from .history import History
+from .lagged import Laggards
 from .picture import Picture
 from .rules import association_called, check_filter, named_radars
 
@@ -31,8 +33,9 @@ class Tracker:
     them. drop_after: seconds without a plot after which a track ends; None: existence alone decides. stay: mean seconds
     that a target stays in view. speed_sd (m/s): of a velocity before the second plot. association: marginal, gnn,
     nearest, pda or jpda. report: from this existence on, tracks that are not confirmed are in the picture too.
-    history: a scan may be late by so many scans; it is then taken as if it had come in time. threads: 1, or None for
-    all cores.
+    history: a scan may be late by so many scans; it is then taken as if it had come in time. lag: ``picture.lagged``
+    says where tracks were so many scans ago, by their most probable plots until now; not with history. threads: 1, or
+    None for all cores.
     Method: docs/many-targets.md. Errors: ValueError or TypeError naming the argument.
     """
 
@@ -49,6 +52,7 @@ class Tracker:
         association: str = "marginal",
         report: float = 0.5,
         history: int = 0,
+        lag: int = 0,
         threads: int | None = 1,
     ) -> None:
         check_filter(filter)
@@ -59,6 +63,7 @@ class Tracker:
                 positive(name, value, zero=True)
         self.new_per_hour, self.targets = new_per_hour, targets
         self.history = whole("history", history, 0, 1000)
+        self.lag = whole("lag", lag, 0, 1000)
         self.report = report if report == 0 else probability("report", report)
         rules = native.ManyRules()
         rules.association = association_called(association)
@@ -88,6 +93,10 @@ class Tracker:
             if getattr(model, "axes", None) not in (None, self.filter.axes):
                 raise ValueError(f"sensors: {name} has {model.axes} axes, the filter {self.filter.axes}")
         self._models, self._sensors = given, [model.native() for model in given]
+        if self.lag and (self.history or any(model is not None for model in models)):
+            raise ValueError(
+                "lag: expected none beside history, or radars that measure otherwise than the filter's sensors"
+            )
         self._spread = [float(np.sqrt(s.noise[0])) for s in self._sensors]
         d.sensors = self._sensors
         d.outlier_share, d.restart_after, d.coast = 0.0, 0, 0.0
@@ -97,6 +106,7 @@ class Tracker:
 
     def reset(self) -> None:
         """Forget all tracks, and what was learned of the clutter."""
+        self._laggards = Laggards(self.filter, self.lag) if self.lag else None
         self._history = History(self.history)
         self._begin()
 
@@ -173,7 +183,9 @@ class Tracker:
         report = self._many.scan(t, which, z, noise, self._unit(which, z), codes, own)
         picture = self._picture(t, report)
         self._learn_detection(which, picture)
-        return picture
+        if self._laggards is None:
+            return picture
+        return replace(picture, lagged=self._laggards.take(picture, z, which, noise))
 
     def _learn_detection(self, which: int, picture: Picture) -> None:
         radar = list(self.radars.values())[which]
@@ -289,7 +301,8 @@ class Tracker:
         return np.array(head).tobytes() + self._many.save()
 
     def load(self, state: bytes) -> None:
-        """Go on from a saved state. Errors: ValueError where it is that of another tracker."""
+        """Go on from a saved state; a lag looks back on later scans alone. Errors: ValueError where it is another's."""
+        self._laggards = Laggards(self.filter, self.lag) if self.lag else None
         self._history = History(self.history)
         self._restore(state)
 

@@ -33,6 +33,7 @@ from .resampling import parse_every, resampled
 from .sky_picture import SkyPicture
 from .stretches import ManoeuvresGoOn, Run, Stretched, pieces
 from .summary import reasons, summarise
+from .unknown_height import TargetHeight
 
 Progress = Callable[[str, int, int], None]
 F = TypeVar("F")  # a DataFrame of any library
@@ -96,6 +97,7 @@ class Options(TypedDict, total=False):
     keep: Sequence[str] | None
     every: float | str | None
     manoeuvre_g: float | None
+    target_height: str | None
 
 
 Files = str | Path | Sequence[str] | Sequence[Path]
@@ -142,6 +144,7 @@ def track(
     keep: Sequence[str] | None = None,
     every: float | str | None = None,
     manoeuvre_g: float | None = None,
+    target_height: str | None = None,
 ) -> Any:
     """Track every target in a DataFrame (the same kind comes back), a file, a pattern or several files.
 
@@ -167,7 +170,8 @@ def track(
     rates are used where they make held-out positions likelier; False leaves them out. keep: columns of the input that
     come back too (None: those that say who a target is). every: one row at each multiple of so many seconds ("1s"),
     predicted where nothing was measured, instead of one per input row. manoeuvre_g: the acceleration in g from which on
-    `manoeuvring` and `manoeuvring_vertical` are probabilities of a manoeuvre (None: that of the kind).
+    `manoeuvring` and `manoeuvring_vertical` are probabilities of a manoeuvre (None: that of the kind). target_height:
+    how high targets of a radar that measures no heights are above it, mean and sd in metres ("4000,3500"), or "ground".
     Raises InputError (a ValueError).
     """
     alone, sites = sites_of({} if site is None else site if isinstance(site, Mapping) else {"": site})
@@ -189,6 +193,7 @@ def track(
         velocity=velocity,
         every=parse_every(every),
         manoeuvre_g=manoeuvre_g,
+        target_height=TargetHeight.of(target_height),
     )
     conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from, crs)
     conventions = with_grid(conventions, alone, bool(sites))

@@ -25,6 +25,7 @@ from ..io.projections import with_grid
 from ..io.writing import plain_times
 from ..models.provenance import VERSION
 from ..times import seconds
+from .lag import Lag
 from .live import LiveTracks
 from .live_targets import Followed
 from .manoeuvring import told
@@ -48,7 +49,8 @@ class LiveTracker:
     per component; site: latitude, longitude and altitude of a radar; gap (s): without a position for longer a target is
     forgotten, and begins a new part when it comes back (0: never). columns, altitude_unit, time_unit, axes,
     azimuth_from, crs and manoeuvre_g as for :func:`jink.track`. The measurement noise is the usual one of the kind
-    unless sensor_sd says otherwise. Errors: InputError (a ValueError).
+    unless sensor_sd says otherwise. lag: rows have columns ``lagged_…`` too, where the target was so many of its rows
+    ago by all that came since; of a loaded state they know the rows since alone. Errors: InputError (a ValueError).
     """
 
     def __init__(
@@ -66,6 +68,7 @@ class LiveTracker:
         azimuth_from: Literal["north", "east", "grid"] | None = None,
         crs: str | None = None,
         manoeuvre_g: float | None = None,
+        lag: int | None = None,
     ) -> None:
         alone, sites = sites_of({} if site is None else {"": site})
         settings = Settings(
@@ -76,6 +79,7 @@ class LiveTracker:
             sites=sites,
             gap=gap,
             manoeuvre_g=manoeuvre_g,
+            lag=Lag.of(lag),
         )
         conventions = with_grid(Conventions(None, None, None, axes, azimuth_from, crs), alone, bool(sites))
         reading = Reading(columns, altitude_unit, time_unit, True, conventions, None)
