@@ -99,7 +99,7 @@ class Tracker:
             )
         self._spread = [float(np.sqrt(s.noise[0])) for s in self._sensors]
         d.sensors = self._sensors
-        d.outlier_share, d.restart_after, d.coast = 0.0, 0, 0.0
+        d.outlier_share, d.hindsight, d.restart_after, d.coast = 0.0, False, 0, 0.0
         d.coasting = native.Coasting()
         d.start, d.velocity_variance = native.Start.one_point, speed_sd**2
         return d

@@ -157,6 +157,8 @@ class Bank:
 
         if getattr(self, "coasting", None) is not None:
             raise TypeError("coasting: works on jink's own motion and sensor models, not beside models of your own")
+        if self.outliers is not None and self.outliers.hindsight:
+            raise TypeError("outliers: expected hindsight=False beside motion and sensor models of your own")
         for motion in self.motions:
             if hasattr(motion, "native") and not is_fixed(native_mode(motion, self.axes)):
                 raise TypeError(
