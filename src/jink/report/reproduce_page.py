@@ -22,7 +22,7 @@ def page(outcomes: Sequence[Outcome]) -> str:
     links = "".join(f'<a href="#{o.paper.name}">{escape(o.paper.name)}</a>' for o in outcomes)
     contents = f'<nav class="contents" aria-label="Papers">{links}</nav>' if len(outcomes) > 1 else ""
     head = (
-        '<header class="masthead"><div class="names"><h1>Published beside measured</h1>'
+        '<header class="masthead centred"><div class="names"><h1>Published beside measured</h1>'
         f'<p class="lede">{escape(names)} · jink {escape(version())}</p></div></header>'
     )
     body = head + contents + "".join(_paper(outcome) for outcome in outcomes)
