@@ -17,6 +17,7 @@ import polars as pl
 
 from ..association.batch import Found, Scans, track_scans
 from ..association.rules import ASSOCIATIONS
+from ..association.smoothing import smoothed
 from ..association.tracker import Tracker
 from ..catalogue.targets import kind_of
 from ..checks import unknown
@@ -118,7 +119,7 @@ def run_anonymous(
         believed = believed.corrected(found, placed_tracks(plots, found), scan_time, given)
         if believed.like(before):
             break
-    found, filter, tracker = _pass(plots, begin, scan_time, believed, settings, how, interval, progress)
+    found, filter, tracker = _pass(plots, begin, scan_time, believed, settings, how, interval, progress, True)
     if not len(found.id):
         raise InputError(
             f"no track was confirmed in {len(scan_time):,} scans of {plots.rows.height:,} plots; "
@@ -127,7 +128,7 @@ def run_anonymous(
     rows = placed_tracks(plots, found)
     picture = sky_picture(plots, found)
     if settings.smoothing is not None:
-        found = _smoothed(found, filter, rows, settings.smoothing)
+        found = _smoothed(tracker, _scans(plots, begin, scan_time, how), found, settings.smoothing)
     table = sky_table(rows, found, measurements.absolute)
     used = picture.plots["used"].to_numpy()
     unused = plots.rows.filter(~used).select("file", "row").with_columns(reason=pl.lit("in no track: a false plot"))
@@ -159,6 +160,7 @@ def _pass(
     how: Anonymous,
     interval: float,
     progress: Progress | None,
+    last: bool = False,
 ) -> tuple[Found, Any, Tracker]:
     _, filter = choose(plots.components, believed.sd, Pace.of(interval, settings), settings)
     radar = Radar(detection=believed.detection, clutter_per_scan=how.clutter)
@@ -175,21 +177,21 @@ def _pass(
         )
     except (ValueError, TypeError) as error:
         raise InputError(str(error)) from None
-    own = None if how.period is None else plots.rows["time"].to_numpy()
     step = (lambda done, total: progress("tracking", done, total)) if progress else None
-    return track_scans(tracker, Scans(scan_time, begin, plots.z, own=own), step), filter, tracker
+    keep = last and settings.smoothing is not None
+    return track_scans(tracker, _scans(plots, begin, scan_time, how), step, keep=keep), filter, tracker
 
 
-def _smoothed(found: Found, filter: Any, rows: Placed, lag: dict[str, Any]) -> Found:
-    if filter.not_smoothed:
-        raise InputError(f"smooth: {type(filter).__name__} cannot be smoothed: {filter.not_smoothed}")
-    estimate = filter.smooth(rows.time, rows.z, offsets=rows.offsets, outputs=("x", "P", "mode_probability"), **lag)
-    known = np.isfinite(estimate.x).all(axis=1)
-    results = dict(found.estimate.results)
-    for name in ("x", "P", "mode_probability"):
-        mask = known.reshape(-1, *(1,) * (results[name].ndim - 1))
-        results[name] = np.where(mask, estimate.results[name], results[name])
-    return replace(found, estimate=replace(found.estimate, results=results))
+def _scans(plots: Placed, begin: np.ndarray, scan_time: np.ndarray, how: Anonymous) -> Scans:
+    own = None if how.period is None else plots.rows["time"].to_numpy()
+    return Scans(scan_time, begin, plots.z, own=own)
+
+
+def _smoothed(tracker: Tracker, scans: Scans, found: Found, lag: dict[str, Any]) -> Found:
+    try:
+        return smoothed(tracker, scans, found, **lag)
+    except ValueError as error:
+        raise InputError(str(error)) from None
 
 
 def sky_table(rows: Placed, found: Found, absolute: bool) -> pl.DataFrame:
