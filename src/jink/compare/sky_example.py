@@ -10,9 +10,10 @@ import polars as pl
 
 from ..association.batch import Found, Scans, track_scans
 from ..association.tracker import Tracker
-from ..scenarios.skies import Sky, SkyRun
+from ..scenarios.skies import SkyRun
 from ..tracking.anonymous import sky_table
 from ..tracking.anonymous_rows import placed_tracks
+from ..tracking.manoeuvring import Manoeuvres
 from ..tracking.placing import Placed, lay
 from ..tracking.sky_picture import SkyPicture, sky_picture
 
@@ -25,8 +26,8 @@ class SkyExample:
     sky: SkyPicture
 
 
-def example_of(sky: Sky, run: SkyRun, trackers: Mapping[str, Tracker]) -> SkyExample:
-    """Each tracker over the run; targets are called by the entrant and a number."""
+def example_of(run: SkyRun, trackers: Mapping[str, Tracker], kind: str) -> SkyExample:
+    """Each tracker over the run; targets are of a kind, and called by the entrant and a number."""
     plots, scans = _plots(run)
     tables, pictures = [], []
     series: dict[str, str] = {}
@@ -35,7 +36,7 @@ def example_of(sky: Sky, run: SkyRun, trackers: Mapping[str, Tracker]) -> SkyExa
         pictures.append(sky_picture(plots, found))
         if not len(found.id):
             continue
-        table = sky_table(placed_tracks(plots, found), found, False)
+        table = sky_table(placed_tracks(plots, found), found, False, Manoeuvres.of(tracker.filter, kind))
         called = pl.format("{} {}", pl.lit(label), pl.col("target")) if len(trackers) > 1 else pl.col("target")
         tables.append(table.with_columns(target=called))
         series |= dict.fromkeys(tables[-1]["target"].unique(), label)

@@ -119,7 +119,7 @@ def race_on_sky(
     shown = None
     if example:
         trackers = {_label(f, a, filters): _begun(_tracker(made[f], sky, a, kind), sky) for f, a in pairs}
-        shown = example_of(sky, sky.run(0, seed), trackers)
+        shown = example_of(sky.run(0, seed), trackers, kind)
     return SkyRace(sky, runs, seed, entrants, shown)
 
 

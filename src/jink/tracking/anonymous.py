@@ -29,6 +29,7 @@ from ..io.rejected import together
 from ..models.radar import Radar
 from .anonymous_rows import placed_plots, placed_tracks
 from .beliefs import Beliefs, Given, assumed
+from .manoeuvring import Manoeuvres, told
 from .output import tracks_table
 from .placing import Placed
 from .prepare import Pace, Settings, choose
@@ -129,7 +130,8 @@ def run_anonymous(
     picture = sky_picture(plots, found)
     if settings.smoothing is not None:
         found = _smoothed(tracker, _scans(plots, begin, scan_time, how), found, settings.smoothing)
-    table = sky_table(rows, found, measurements.absolute)
+    busy = Manoeuvres.of(filter, settings.kind, settings.manoeuvre_g, centred=settings.smooth)
+    table = sky_table(rows, found, measurements.absolute, busy)
     used = picture.plots["used"].to_numpy()
     unused = plots.rows.filter(~used).select("file", "row").with_columns(reason=pl.lit("in no track: a false plot"))
     rejected = together([*measurements.rejected, unused])
@@ -194,10 +196,11 @@ def _smoothed(tracker: Tracker, scans: Scans, found: Found, lag: dict[str, Any])
         raise InputError(str(error)) from None
 
 
-def sky_table(rows: Placed, found: Found, absolute: bool) -> pl.DataFrame:
+def sky_table(rows: Placed, found: Found, absolute: bool, what: Manoeuvres) -> pl.DataFrame:
     """The table of tracks, with existence, whether confirmed, and age."""
     results = found.estimate.results | {"nis": np.full(len(found.id), np.nan), "nis_dof": np.zeros(len(found.id))}
-    table = tracks_table(rows, replace(found.estimate, results=results), absolute)
+    estimate = replace(found.estimate, results=results)
+    table = tracks_table(rows, estimate, absolute, told(estimate, rows.time, rows.new, what))
     table = table.with_columns(
         existence=found.existence, confirmed=found.confirmed, age=pl.Series(found.age, dtype=pl.Int32)
     )
