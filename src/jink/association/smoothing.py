@@ -150,9 +150,9 @@ def _rows(tracker: Any, scans: Any, found: Any) -> tuple[Array, Array, NDArray[n
         if scans.covariance is not None:
             own = np.asarray(scans.covariance, float)
             noise = own if own.ndim == 3 else own[:, :, None] * np.eye(m)
-        z[rows, :m], R[np.ix_(rows, range(m), range(m))] = together(
-            found.taken.some(rows), scans.z[:, :m], noise, model
-        )
+        place, spread = together(found.taken.some(rows), scans.z[:, :m], noise, model)
+        z[rows, :m] = place
+        R[rows, :m, :m] = spread
     return z, R, sensor
 
 

@@ -110,16 +110,7 @@ def run_anonymous(
     if not plots.rows.height:
         raise InputError("no plot is left: no row has a position")
     interval = float(np.median(np.diff(scan_time))) if len(scan_time) > 1 else 1.0
-    believed = assumed(plots, settings, how.detection, how.new_per_hour)
-    given = Given(settings, how.detection is not None, how.new_per_hour is not None)
-    for _ in range(PASSES):
-        found, _, _ = _pass(plots, begin, scan_time, believed, settings, how, interval, None)
-        if not len(found.id):
-            break
-        before = believed
-        believed = believed.corrected(found, placed_tracks(plots, found), scan_time, given)
-        if believed.like(before):
-            break
+    believed, _ = beliefs_of(plots, begin, scan_time, settings, how, interval)
     found, filter, tracker = _pass(plots, begin, scan_time, believed, settings, how, interval, progress, True)
     if not len(found.id):
         raise InputError(
@@ -151,6 +142,25 @@ def run_anonymous(
             summary["notes"].append(f"{found.counts[name]:,} scans had {what}")
     summary["association"] = {"detection": believed.detection, "association": how.association, **found.counts}
     return table, rejected, summary | {"seconds": clock.perf_counter() - began}, picture
+
+
+def beliefs_of(
+    plots: Placed, begin: np.ndarray, scan_time: np.ndarray, settings: Settings, how: Anonymous, interval: float
+) -> tuple[Beliefs, float]:
+    """What the tracks of some passes say, and the false plots per scan that the last of them learned."""
+    believed = assumed(plots, settings, how.detection, how.new_per_hour)
+    given = Given(settings, how.detection is not None, how.new_per_hour is not None)
+    clutter = 0.0
+    for _ in range(PASSES):
+        found, _, tracker = _pass(plots, begin, scan_time, believed, settings, how, interval, None)
+        clutter = sum(tracker.clutter_per_scan.values())
+        if not len(found.id):
+            break
+        before = believed
+        believed = believed.corrected(found, placed_tracks(plots, found), scan_time, given)
+        if believed.like(before):
+            break
+    return believed, clutter
 
 
 def _pass(
