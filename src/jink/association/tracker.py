@@ -71,7 +71,8 @@ class Tracker:
         rules.drop_after = np.inf if drop_after is None else positive("drop_after", drop_after)
         rules.threads = thread_count(threads)
         self.rules = rules
-        self._engine = native.Engine(self._declared(positive("speed_sd", speed_sd)))
+        self._declaration = self._declared(positive("speed_sd", speed_sd))
+        self._engine = native.Engine(self._declaration)
         self._columns = [s.rows for s in self._sensors]
         self.reset()
 
@@ -274,9 +275,16 @@ class Tracker:
             report=report,
         )
 
-    def run(self, data: Any) -> Any:
-        """Every scan of a DataFrame with `time` and the sensor's components: see :func:`run_table` in ``batch.py``."""
-        return run_table(self, data)
+    def run(self, data: Any, smooth: bool = False) -> Any:
+        """Every scan of a DataFrame with `time` and the sensor's components: see :func:`run_table` in ``batch.py``.
+
+        smooth: every estimate uses its whole track, and all plots by their weights.
+        """
+        return run_table(self, data, smooth)
+
+    def taken(self) -> dict[str, Any]:
+        """Of the tracks of the last scan, in the picture's order, which plots they have taken, and how surely."""
+        return self._many.taken(self.report)
 
     def components_of(self, sensor: str | None = None) -> tuple[str, ...]:
         """Names of the columns of a sensor's plots."""
