@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._engine import native
-from ..checks import Array, positive, whole
+from ..checks import Array, positive, whole, with_attributes
 from ..models.motion import ConstantVelocity
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
@@ -36,6 +36,8 @@ class _VariableStructure(Bank):
         coast: float | None,
     ) -> None:
         super()._declare(motions, sensor, outliers, initial, coast)
+        for motion in self.motions:
+            with_attributes("motions", motion, ("native",), "jink's motion models")
         if len(self.motions) < 2:
             raise ValueError(f"motions: expected at least two modes, got {len(self.motions)}")
 

@@ -55,6 +55,7 @@ def plot(what: object, *, title: str | None = None, summary: Mapping[str, Any] |
         tracks = from_any(what)
     except InputError:
         raise TypeError(
-            f"plot: expected tracks (a DataFrame of jink.track) or a race of jink.compare, got {type(what).__name__}"
+            "plot: what: expected tracks (a DataFrame of jink.track) or a race of jink.compare, "
+            f"got {type(what).__name__}"
         ) from None
     return Page(page_text(tracks, summary or {}, title))

@@ -183,6 +183,8 @@ def _from_data(
 ) -> tuple[Tracked, Callable[[pl.DataFrame], Any]]:
     """Tracks of files or of a DataFrame, and what turns them into the kind that was given."""
     if isinstance(data, str | Path):
+        if not str(data) or "\0" in str(data):
+            raise InputError(f"data: expected a file, a folder or a pattern, got {str(data)!r}")
         data = [data]
     if isinstance(data, Sequence) and data and all(isinstance(item, str | Path) for item in data):
         return run(load_files(data, reading), settings, anonymous=how), lambda frame: frame
