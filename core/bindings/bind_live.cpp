@@ -118,6 +118,12 @@ void components(nb::handle z, int columns, double *to) {
     std::copy(array.data(), array.data() + columns, to);
 }
 
+Const floats(const char *name, const nb::object &given) {
+    Const array;
+    if (!nb::try_cast(given, array)) throw nb::type_error((name + std::string(": expected an array of floats")).c_str());
+    return array;
+}
+
 class LiveOne : public Live<double> {
   public:
     using Live<double>::Live;
@@ -139,12 +145,12 @@ class LiveOne : public Live<double> {
         rows.one_sensor = sensor;
         Const R, u;
         if (!noise.is_none()) {
-            R = nb::cast<Const>(noise);
+            R = floats("covariance", noise);
             check_noise(R, columns);
             rows.noise = R.data(), rows.full_noise = R.ndim() == 2;
         }
         if (!input.is_none()) {
-            u = nb::cast<Const>(input);
+            u = floats("input", input);
             check_input(u, c->declared.axes());
             rows.input = u.data();
         }

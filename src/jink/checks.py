@@ -88,9 +88,9 @@ def one_of(name: str, value: object, known: Iterable[str]) -> str:
 
 def items(name: str, value: object, what: str) -> tuple[Any, ...]:
     """What a sequence holds."""
-    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+    if isinstance(value, str | bytes) or not np.iterable(value):
         raise TypeError(f"{name}: expected {what}, got {_short(value)}")
-    return tuple(value)
+    return tuple(value)  # pyright: ignore[reportArgumentType]
 
 
 def with_attributes(name: str, value: object, attributes: Sequence[str], what: str) -> None:
@@ -210,4 +210,7 @@ def _check_by_hint(name: str, hint: str, value: Any) -> None:
 
 
 def _shape_of(value: object) -> str:
-    return str(np.shape(value)) if isinstance(value, np.ndarray | list | tuple) and len(value) else _short(value)
+    try:
+        return str(np.shape(value)) if isinstance(value, np.ndarray | list | tuple) else _short(value)  # type: ignore[arg-type]
+    except ValueError:  # rows of different lengths
+        return _short(value)

@@ -59,7 +59,7 @@ class FuzzyRules:
         if not 1e-100 < positive("unit", unit) < 1e100:
             raise ValueError(f"unit: expected a length in metres, got {unit:g}")
         rows = np.atleast_2d(numbers("table", table))
-        if rows.ndim != 2 or rows.shape[1] != 5:
+        if rows.ndim != 2 or rows.shape[1] != 5 or not len(rows):
             raise ValueError(f"table: expected rows of five numbers c1 s1 c2 s2 w, got shape {rows.shape}")
         return cls(rows[:, [0, 2]] * unit, rows[:, [1, 3]] * unit, rows[:, 4] * unit**2, trained)  # pyright: ignore[reportArgumentType]
 

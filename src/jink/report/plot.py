@@ -41,6 +41,8 @@ def plot(what: object, *, title: str | None = None, summary: Mapping[str, Any] |
     ``details=True``, or a race of :func:`jink.compare.compare`. summary: counts and settings to be shown beside a
     DataFrame's tracks. Errors: ValueError naming the columns that are missing; TypeError for something else.
     """
+    if summary is not None and not isinstance(summary, Mapping):
+        raise TypeError(f"summary: expected a mapping, got {type(summary).__name__}")
     if isinstance(what, Race):
         from .race_page import page_text as race_text
 

@@ -15,6 +15,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.names import FilterName, KindName
+from ..checks import items
 from ..filters.axis_by_axis import AxisByAxis
 from ..filters.bank import Bank
 from ..io.conventions import Conventions
@@ -166,7 +167,9 @@ def track(
         every=parse_every(every),
     )
     conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from)
-    kept = None if keep is None else tuple(keep)
+    kept = None if keep is None else items("keep", keep, "names of columns")
+    if kept and not all(isinstance(name, str) for name in kept):
+        raise InputError(f"keep: expected names of columns, got {keep!r:.60}")
     reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions, kept)
     tracked, back = _from_data(data, reading, settings, Anonymous.of(anonymous))
     if details:

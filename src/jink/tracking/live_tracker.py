@@ -139,8 +139,8 @@ class LiveTracker:
         """Go on from what :meth:`save` gave, of the same version of jink. Load only what you saved yourself: the bytes
         are a pickle, which can run code. Errors: ValueError for other bytes.
         """
-        if not isinstance(state, bytes | str | os.PathLike):
-            raise TypeError(f"state: expected bytes or the name of a file, got {type(state).__name__}")
+        if not isinstance(state, bytes | str | os.PathLike) or (isinstance(state, str) and "\0" in state):
+            raise TypeError(f"state: expected bytes or the name of a file, got {state!r:.60}")
         data = state if isinstance(state, bytes) else Path(state).read_bytes()
         if not data.startswith(MAGIC):
             raise ValueError("state: is no state of a LiveTracker; expected what its save() gave")
