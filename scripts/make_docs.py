@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "build" / "site-source"
 PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/*.md", "benchmarks/*.md", "examples/README.md")
-IMAGES = ("docs/images/*", "benchmarks/*.png", "benchmarks/*.svg")
+IMAGES = ("docs/images/*.*", "docs/images/scenarios/*.svg", "benchmarks/*.png", "benchmarks/*.svg")
 LINK = re.compile(r"(?<!!)\[([^\]]+)\]\((?!https?:|#|mailto:)([^)#\s]+)(#[^)\s]*)?\)")
 MARK = re.compile(r"<!-- run: .*? -->\n")
 

@@ -1,11 +1,15 @@
 """Every Python example in the documentation runs, file by file, from top to bottom."""
 
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from jink.cli.main import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -30,6 +34,47 @@ def test_examples_run(page, tmp_path, monkeypatch):
             if error.name not in OTHERS:
                 raise
             pytest.skip(f"{error.name} is not installed; pip install 'jink[interop]'")
+
+
+def commands(page: Path) -> list[str]:
+    """What a page tells to type: indented lines, and code in tables, that call jink; without those with an output."""
+    text = page.read_text(encoding="utf-8")
+    lines = re.findall(r"^    (jink .*)$", text, re.MULTILINE)
+    found = lines + re.findall(r"(?<=[|d] )`(jink [^`|]*)`", text)
+    return [command for command in found if f"run: {command}" not in text]
+
+
+def test_the_readmes_commands_run_as_printed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    found = commands(ROOT / "README.md")
+    assert len(found) >= 10 and any("compare" in command for command in found)
+    for command in found:
+        if "<" in command:
+            told = f"{sys.executable} -m {command}"
+            assert subprocess.run(told, shell=True, capture_output=True, check=False).returncode == 0, command
+        else:
+            done = CliRunner().invoke(app, shlex.split(command)[1:])
+            assert done.exit_code == 0, f"{command}\n{done.stderr}"
+    assert (tmp_path / "plots.parquet").exists() and (tmp_path / "archive").is_dir()
+
+
+def test_the_readmes_targets_of_make_exist():
+    targets = re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    named = re.findall(r"\bmake ([a-z-]+)", re.sub(r"```.*?```", "", (ROOT / "README.md").read_text(), flags=re.DOTALL))
+    assert len(named) >= 4 and set(named) <= set(targets)
+
+
+def test_outputs_in_the_readme_and_the_guides_are_those_of_today():
+    pages = [ROOT / "README.md", ROOT / "docs" / "trust.md", *sorted((ROOT / "docs").glob("guide-*.md"))]
+    script = str(ROOT / "scripts" / "run_in_docs.py")
+    done = subprocess.run([sys.executable, script, "--check", *map(str, pages)], check=False)
+    assert done.returncode == 0, "run scripts/run_in_docs.py"
+
+
+def test_the_gallery_has_every_scenario_as_it_is():
+    done = subprocess.run([sys.executable, str(ROOT / "scripts" / "gallery.py"), "--check"], check=False)
+    assert done.returncode == 0, "run scripts/gallery.py"
 
 
 def test_the_tables_of_what_jink_reads_are_those_of_the_code():

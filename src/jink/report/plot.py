@@ -51,6 +51,7 @@ def plot(what: object, *, title: str | None = None, summary: Mapping[str, Any] |
     from ..io.frames import from_any
     from .tracks_page import page_text
 
+    sky = getattr(what, "sky", None)
     if isinstance(what, Tracked):
         what, summary = what.tracks, what.summary if summary is None else summary
     try:
@@ -60,4 +61,4 @@ def plot(what: object, *, title: str | None = None, summary: Mapping[str, Any] |
             "plot: what: expected tracks (a DataFrame of jink.track) or a race of jink.compare, "
             f"got {type(what).__name__}"
         ) from None
-    return Page(page_text(tracks, summary or {}, title))
+    return Page(page_text(tracks, summary or {}, title, sky))

@@ -79,9 +79,7 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
         )
     yield from _listed("Warning", [warning["message"] for warning in summary["warnings"]])
     yield from _listed("Note", summary["notes"])
-    yield from _listed(
-        "Written", [f"{path} ({_size(Path(path).stat().st_size)})" for path in summary.get("written", [])]
-    )
+    yield from _listed("Written", [f"{path} ({_size(_bytes(Path(path)))})" for path in summary.get("written", [])])
     yield "Took", f"{summary['seconds']:.1f} s"
 
 
@@ -130,6 +128,12 @@ def _listed(name: str, texts: list[str]) -> Iterator[tuple[str, str]]:
 
 def _plural(count: int, noun: str) -> str:
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
+
+
+def _bytes(path: Path) -> int:
+    """The size of a file, or of all files in a folder."""
+    files = path.rglob("*") if path.is_dir() else [path]
+    return sum(each.stat().st_size for each in files if each.is_file())
 
 
 def _size(count: float) -> str:

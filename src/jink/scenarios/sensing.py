@@ -12,7 +12,6 @@ from ..metrics.draws import Draws
 from ..models.sensor import SENSORS, Polar, Sensor
 from .truth import Kinematics
 
-
 MOST_SCANS = 10**8  # of one run
 
 
