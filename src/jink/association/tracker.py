@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from .._engine import native
 from ..checks import Array, covariance, numbers, positive, probability, thread_count, whole
 from ..estimate import Estimate
-from ..filters.rows import row_noise
+from ..filters.rows import indices, row_noise
 from ..models.radar import Radar
-from ..times import seconds
+from ..times import moment, seconds
 from .batch import run_table
 from .detection import Detections
 from .extent import Extent
@@ -131,7 +131,7 @@ class Tracker:
         mean = np.ascontiguousarray(numbers("x", x).reshape(-1))
         if mean.shape != (n,):
             raise ValueError(f"x: expected {n} components, {' '.join(self.filter.components)}, got {mean.size}")
-        return self._many.add(float(seconds(time)), mean, covariance("P", P, n), probability("existence", existence))
+        return self._many.add(moment(time), mean, covariance("P", P, n), probability("existence", existence))
 
     def scan(
         self,
@@ -152,9 +152,7 @@ class Tracker:
         −1 where not.
         Errors: ValueError naming the argument.
         """
-        t = float(seconds(time))
-        if not np.isfinite(t):
-            raise ValueError(f"time: expected a time, got {time!r}")
+        t = moment(time)
         now = self._many.time
         scan = (t, plots, sensor, covariance, code, times)
         if t < now and not self.history:
@@ -200,13 +198,13 @@ class Tracker:
     def _index(self, sensor: str | None) -> int:
         if sensor is None and len(self.radars) == 1:
             return 0
-        if sensor not in self.radars:
+        if not isinstance(sensor, str) or sensor not in self.radars:
             raise ValueError(f"sensor: {sensor!r} was not declared; expected one of {', '.join(self.radars)}")
         return list(self.radars).index(sensor)
 
     def _plots(self, plots: ArrayLike, which: int) -> Array:
         columns = self._columns[which]
-        z = np.asarray(plots, dtype=float)
+        z = numbers("plots", plots)
         z = z.reshape(0, columns) if z.size == 0 else z
         if z.ndim != 2 or z.shape[1] != columns:
             names = ", ".join(self._models[which].components)
@@ -315,6 +313,8 @@ class Tracker:
         self._restore(state)
 
     def _restore(self, state: bytes) -> None:
+        if not isinstance(state, bytes):
+            raise TypeError(f"state: expected the bytes that save() gave, got {type(state).__name__}")
         size = 72 * len(self.radars)
         if len(state) < size:
             raise ValueError("state: is cut short, or was saved by another tracker")
@@ -336,7 +336,7 @@ def _times(times: ArrayLike, rows: int) -> Array:
 
 
 def _codes(code: ArrayLike, rows: int) -> np.ndarray:
-    codes = np.asarray(code)
+    codes = np.asarray(numbers("code", code) if isinstance(code, str | bytes) else indices("code", code))
     if codes.shape != (rows,) or not np.issubdtype(codes.dtype, np.integer):
         raise ValueError(f"code: expected a whole number for each of {rows} plots, -1 where it says none")
     return np.ascontiguousarray(codes, np.int64)

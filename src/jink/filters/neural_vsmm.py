@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._engine import native
+from ..checks import with_attributes
 from ..models.motion import NativeMode
 from ..models.network import Network
 from ..models.noise_network import ModeNetwork, NoiseNetwork
@@ -110,6 +111,7 @@ class NeuralModes(Bank):
         coast: float | None = None,
     ) -> None:
         self._declare(motions, sensor, outliers, initial, coast)
+        with_attributes("network", network, ("network", "centre", "scale", "best"), "a learned ModeNetwork")
         self.network = network
         modes = len(self.motions)
         if network.network.outputs != modes:
