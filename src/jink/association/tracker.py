@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,9 +11,10 @@ from numpy.typing import ArrayLike
 from .._engine import native
 from ..checks import Array, covariance, numbers, positive, probability, thread_count, whole
 from ..estimate import Estimate
+from ..filters.bank import Bank
 from ..filters.rows import row_noise
 from ..models.radar import Radar
-from ..times import seconds
+from ..times import Time, seconds
 from .batch import run_table
 from .detection import Detections
 from .extent import Extent
@@ -20,6 +22,7 @@ from .history import History
 from .picture import Picture
 from .rules import association_called, check_filter, named_radars
 
+F = TypeVar("F")  # a DataFrame of any library
 SPEED_SD = 150.0  # m/s, of a target's velocity before anything is known of it
 
 
@@ -38,8 +41,8 @@ class Tracker:
 
     def __init__(
         self,
-        filter: Any,
-        sensors: Any = None,
+        filter: Bank,
+        sensors: Radar | Sequence[Radar] | Mapping[str, Radar] | None = None,
         *,
         new_per_hour: float | None = None,
         targets: float | None = None,
@@ -72,14 +75,15 @@ class Tracker:
 
     def _declared(self, speed_sd: float) -> native.Declaration:
         """The filter's declaration without what existence replaces: its gate, restart, coast and two-point start."""
+        assert self.filter.declaration is not None  # check_filter looked
         d = native.Declaration(self.filter.declaration)
-        own = list(self.filter.sensors)
+        own: list[Any] = list(self.filter.sensors)
         models = [radar.measures() for radar in self.radars.values()]
         if len(models) > len(own) and any(m is None for m in models):
             raise ValueError(
                 "sensors: the filter has fewer sensors than there are radars; say what each radar measures"
             )
-        given = [own[k] if model is None else model for k, model in enumerate(models)]
+        given: list[Any] = [own[k] if model is None else model for k, model in enumerate(models)]
         for name, model in zip(self.radars, given, strict=True):
             if not hasattr(model, "native"):
                 raise ValueError(f"sensors: {name} measures with a model of your own; expected one of jink's sensors")
@@ -114,7 +118,7 @@ class Tracker:
         self._extents = [Extent() for _ in views]
         self._detections = [Detections() for _ in views]
 
-    def add(self, time: Any, x: ArrayLike, P: ArrayLike, existence: float = 0.999) -> int:
+    def add(self, time: Time, x: ArrayLike, P: ArrayLike, existence: float = 0.999) -> int:
         """A target that is known to be there: mean x and covariance P in ``filter.components``. Returns its id."""
         n = len(self.filter.components)
         mean = np.ascontiguousarray(numbers("x", x).reshape(-1))
@@ -124,7 +128,7 @@ class Tracker:
 
     def scan(
         self,
-        time: Any,
+        time: Time,
         plots: ArrayLike,
         sensor: str | None = None,
         *,
@@ -262,7 +266,7 @@ class Tracker:
             report=report,
         )
 
-    def run(self, data: Any) -> Any:
+    def run(self, data: F) -> F:
         """Every scan of a DataFrame with `time` and the sensor's components: see :func:`run_table` in ``batch.py``."""
         return run_table(self, data)
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from math import ceil, log, sqrt
 from typing import Any
 
+from ..filters.loading import AnyFilter
 from ..models.outliers import Outliers
-from ..models.sensor import Position
+from ..models.sensor import Position, Sensor
 from ..models.switching import Sojourn
 from .targets import KINDS
 
@@ -28,12 +29,12 @@ class Purpose:
     largest acceleration by the source of a scenario.
     """
 
-    sensor: Any
+    sensor: Sensor
     kind: str = "aircraft"
     name: str = ""
     sd: float = 1.0
     interval: float = 1.0
-    loss: Callable[[Any], float] | None = None
+    loss: Callable[[AnyFilter], float] | None = None
     fitted: str = ""
     per_axis: bool = False
     outliers: Outliers | None = None
@@ -77,7 +78,7 @@ class Purpose:
         return Sojourn(seconds=[1.0 / rate] * modes)
 
     @property
-    def seen(self) -> Any:
+    def seen(self) -> Sensor:
         """The sensor a filter is built for: one axis of it where filters run along each axis."""
         sd = getattr(self.sensor, "sd", None)
         if self.per_axis and self.sensor.position_only and isinstance(sd, int | float):

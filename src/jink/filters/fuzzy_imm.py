@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from .._engine import native
 from ..models.fuzzy import PUBLISHED, FuzzyRules
-from ..models.motion import ConstantVelocity, NativeMode
+from ..models.motion import ConstantVelocity, NativeMode, NativeMotion, manoeuvres, name_of
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
+from ..models.switching import Transition
 from .imm import IMM
 
 
@@ -28,19 +29,19 @@ class FuzzyNoise:
     Δr is 0; a miss, or a measurement rejected as an outlier, keeps the last q. Source: Lee, Joo & Park 2003, eq. 12–19.
     """
 
-    motion: Any
+    motion: NativeMotion
     rules: FuzzyRules
     remembers = True
 
     @property
     def name(self) -> str:
         """The name of this mode in an estimate."""
-        return f"fuzzy_{self.motion.name}"
+        return f"fuzzy_{name_of(self.motion)}"
 
     @property
     def manoeuvring(self) -> bool:
         """Does a target in the motion model manoeuvre?"""
-        return bool(self.motion.manoeuvring)
+        return manoeuvres(self.motion)
 
     def native(self, axes: int) -> NativeMode:
         """What the engine runs."""
@@ -58,13 +59,14 @@ class FuzzyNoise:
 
     def level(self, axes: int) -> tuple[list[float], bool, bool]:
         """The motion model's known acceleration, if any."""
-        return self.motion.level(axes) if hasattr(self.motion, "level") else ([], False, False)
+        level = getattr(self.motion, "level", None)
+        return level(axes) if level is not None else ([], False, False)
 
 
 def fuzzy_imm(
     sensor: Sensor,
     rules: Sequence[FuzzyRules] | str = "lee-2003",
-    transition: Any = 0.97,
+    transition: Transition = 0.97,
     *,
     mode_probability: ArrayLike | None = None,
     outliers: Outliers | None = None,

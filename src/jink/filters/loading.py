@@ -22,6 +22,7 @@ from ..models.start import OnePoint, Prior, TwoPoint
 from ..models.switching import Sojourn
 from .adaptive_imm import AccelerationLevel, AdaptiveIMM, AugmentedAcceleration, TwoStageAcceleration
 from .aided import Aided
+from .axis_by_axis import AxisByAxis
 from .bank import Bank
 from .current_statistical import CurrentStatistical, FuzzyLimits, LimitWidening
 from .fuzzy_imm import FuzzyNoise
@@ -38,6 +39,7 @@ from .pseudo_bayesian import GPB1, GPB2, StaticMM
 from .variable_dimension import VariableDimension
 from .variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
 
+AnyFilter = Bank | AxisByAxis | OwnFilter
 SEVERAL: tuple[type[Bank], ...] = (
     IMM,
     AdaptiveIMM,
@@ -74,7 +76,7 @@ RUN = ("motions", "quiet", "manoeuvring", "sensor")  # models, which a filter ch
 WRONG = (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError)  # what bad parts end in
 
 
-def load(path: str | os.PathLike[str], *, own: bool = False) -> Any:
+def load(path: str | os.PathLike[str], *, own: bool = False) -> Bank | OwnFilter:
     """Read a filter written by ``save``. Errors: ValueError naming the file and what is wrong with it.
 
     own: whether the file may import the modules of models of your own, which runs their code.

@@ -74,7 +74,7 @@ class Options(TypedDict, total=False):
     axes: Literal["enu", "ned"] | None
     azimuth_from: Literal["north", "east"] | None
     threads: int | None
-    anonymous: bool | Mapping[str, Any]
+    anonymous: bool | Mapping[str, object]
     velocity: bool
     keep: Sequence[str] | None
     every: float | str | None

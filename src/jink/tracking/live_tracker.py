@@ -23,7 +23,7 @@ from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
 from ..io.writing import plain_times
 from ..models.provenance import VERSION
-from ..times import seconds
+from ..times import Time, seconds
 from .live import LiveTracks
 from .live_targets import Followed
 from .noise_level import parse_sensor_sd
@@ -33,7 +33,6 @@ from .prepare import Settings, sites_of
 
 Value = float | int | str | bool | None
 Row = dict[str, Value]
-Time = float | str | datetime | np.datetime64
 
 MAGIC = b"jink live tracker 1\n"
 REJECTED = 1000  # rejected rows that are kept
@@ -102,7 +101,7 @@ class LiveTracker:
         rows = self.update_many([{"target": target, "time": time, **measured}])
         return rows[-1] if rows else None
 
-    def update_many(self, rows: Iterable[Mapping[str, Any]]) -> list[Row]:
+    def update_many(self, rows: Iterable[Mapping[str, Value | datetime | np.datetime64]]) -> list[Row]:
         """Rows that have come together, each a mapping with target, time and position; the estimates, in order."""
         lines = [json.dumps({name: _plain(value) for name, value in row.items()}).encode() for row in rows]
         estimates, rejected = self._tracks.take(lines)
