@@ -29,8 +29,8 @@ RADARS = {"terminal radar": (5.0, (50.0, 50.0, 10.0)), "en-route radar": (10.0, 
 
 @dataclass(frozen=True)
 class Flight:
-    """Measured positions z (n, 3) with covariance (n, 3, 3) at time (n,); true position and acceleration (NaN:
-    unknown).
+    """Measured positions z (n, 3) with covariance (n, 3, 3) at time (n,); true position, velocity and acceleration
+    (NaN: unknown).
     """
 
     target: str
@@ -38,6 +38,7 @@ class Flight:
     z: np.ndarray
     covariance: np.ndarray
     truth: np.ndarray
+    velocity: np.ndarray
     acceleration: np.ndarray
 
 
@@ -93,12 +94,12 @@ def held_out(flight: Flight) -> bool:
     return zlib.crc32(flight.target.encode()) % 2 == 1
 
 
-def local_cubic(time: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Position and acceleration of the least-squares cubic through the sane positions within REACH of each time.
+def local_cubic(time: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, velocity and acceleration of the least-squares cubic through sane positions within REACH of each time.
 
     NaN where they are too few or one-sided.
     """
-    position, acceleration = np.full(z.shape, np.nan), np.full(z.shape, np.nan)
+    position, velocity, acceleration = (np.full(z.shape, np.nan) for _ in range(3))
     level = _sane(time, z[:, :2], 400.0)
     height = _sane(time, z[:, 2:], 60.0)
     for columns, sane in ((slice(0, 2), level), (slice(2, 3), height)):
@@ -113,8 +114,9 @@ def local_cubic(time: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray
         X = s[..., None] ** np.arange(4) * used[..., None]
         fit = np.linalg.solve(X.swapaxes(1, 2) @ X + 1e-9 * np.eye(4), X.swapaxes(1, 2) @ points[index])
         fit[~(((s < -0.5) & used).sum(axis=1) >= 2) | ~(((s > 0.5) & used).sum(axis=1) >= 2)] = np.nan
-        position[good, columns], acceleration[good, columns] = fit[:, 0], 2.0 * fit[:, 2] / REACH**2
-    return position, acceleration
+        position[good, columns], velocity[good, columns] = fit[:, 0], fit[:, 1] / REACH
+        acceleration[good, columns] = 2.0 * fit[:, 2] / REACH**2
+    return position, velocity, acceleration
 
 
 def _sane(time: np.ndarray, z: np.ndarray, limit: float) -> np.ndarray:

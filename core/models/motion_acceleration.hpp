@@ -123,37 +123,6 @@ template <int A> struct CurrentStatistical : AccelerationState<A> {
     }
 };
 
-// The same with noise along and across the velocity, so that axes are correlated. Coefficients: as above, but after each axis' six Q
-// the covariance of a pair of axes, (1, 0), (2, 0), (2, 1), over the variance of the lesser axis.
-template <int A> struct StatisticalAlongTrack : CurrentStatistical<A> {
-    using Plain = CurrentStatistical<A>;
-    static constexpr int noise_at = 6, noise_terms = 7;
-    template <class T> static void prepare(const MotionSpec &spec, T dt, const T *parameters, T *c) {
-        T plain[6 + 6 * A];
-        Plain::prepare(spec, dt, parameters, plain);
-        for (int k = 0; k < 6; ++k) c[k] = plain[k];
-        for (int a = 0; a < A; ++a) {
-            for (int k = 0; k < 6; ++k) c[6 + 7 * a + k] = plain[6 + 6 * a + k];
-            c[6 + 7 * a + 6] = splat<T>(0.0);
-        }
-    }
-    template <class T> JINK_INLINE static void add_noise(const T *c, T *P) {
-        for (int a = 0, pair = 0; a < A; ++a) {
-            const T *q = c + 6 + 7 * a;
-            for (int i = 0; i < 3; ++i)
-                for (int j = 0; j <= i; ++j) P[packed(3 * a + i, 3 * a + j)] = P[packed(3 * a + i, 3 * a + j)] + q[packed(i, j)];
-            for (int b = 0; b < a; ++b) {
-                const T ratio = c[6 + 7 * pair++ + 6], *lesser = c + 6 + 7 * b;
-                for (int i = 0; i < 3; ++i)
-                    for (int j = 0; j < 3; ++j) {
-                        T &at = P[packed(3 * a + i, 3 * b + j)];
-                        at = at + ratio * lesser[packed(i, j)];
-                    }
-            }
-        }
-    }
-};
-
 // Constant velocity driven by an acceleration that is a random walk, state [p v a]: white acceleration noise in p and v, and the
 // walk's step Qa. `Split`: as the two-stage filter has it, whose bias filter adds Qa to the acceleration's variance M and keeps the
 // sensitivity U of position and velocity to it, so that P grows by Qa [U; 1][U; 1]', U = P_xa / M; else it grows in a alone.

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "models/sensor.hpp"
+#include "scan/along_track.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
@@ -97,10 +98,8 @@ template <class T> class AccelerationLimits {
         const T known = axes == 1 ? splat<T>(1.0) : speed * reciprocal(speed + spread + nothing);
         T first = quiet(n.data(), along), second = quiet(n.data() + per_direction, across);
         if (widened && at.fix) widen(at, u, along, across, first, second);
-        for (int a = 0, pair = 0; a < axes; ++a) {
-            variance[a] = axes == 1 ? first : second + known * (first - second) * u[a] * u[a];
-            for (int b = 0; b < a; ++b) ratio[pair++] = known * (first - second) * u[a] * u[b] * reciprocal(variance[b]);
-        }
+        if (axes == 1) variance[0] = first;
+        else along_and_across(axes, u, second, known * (first - second), variance, ratio);
     }
 
     // NIS along the velocity, and the mean of those across it.

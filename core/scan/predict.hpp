@@ -179,7 +179,8 @@ template <class T, class M> void pull(const T *in, const T *c, const T *R, T *B)
 template <class T, class M> MotionKernels<T> kernels_of(const MotionSpec &spec, bool unscented) {
     constexpr bool linear = !M::turn;  // every model but the coordinated turn
     MotionKernels<T> k{M::template prepare<T>, predict<T, M>, linearise<T, M>, M::template add_noise<T>, M::noise_at, M::noise_terms,
-                       linear, unscented && !linear, nullptr, nullptr, spec.kind == MotionKind::statistical_along_track};
+                       linear, unscented && !linear, nullptr, nullptr,
+                       spec.kind == MotionKind::statistical_along_track || spec.kind == MotionKind::velocity_along_track};
     if constexpr (smoothed<T>) k.advance = advance<T, M>, k.pull = pull<T, M>;
     if (unscented && !linear) k.predict = predict_unscented<T, M>, k.linearise = linearise_unscented<T, M>;
     return k;

@@ -68,7 +68,9 @@ def test_a_lag_lies_between_filtering_and_smoothing(flight, tmp_path):
         status, said, _ = run(flight, "-o", tmp_path / f"{name}.parquet", *options)
         assert status == 0 and ("with a lag of 2 scans" in said) == (name == "lag")
         out[name] = pl.read_parquet(tmp_path / f"{name}.parquet")
-    assert out["seconds"].equals(out["all"])
+    # the window of a manoeuvre lies around smoothed rows and before lagged ones, whose future is not there when live
+    told = ["manoeuvring", "manoeuvring_vertical", "segment"]
+    assert out["seconds"].drop(told).equals(out["all"].drop(told))
     spread = {name: table["speed_sd"].mean() for name, table in out.items()}
     assert spread["all"] < spread["lag"] < spread["filter"]
 

@@ -21,6 +21,7 @@ from jink.io.errors import InputError
 from jink.scenarios import SCENARIOS
 from jink.scenarios.observation import in_words
 from jink.scenarios.table import simulation_table
+from jink.tracking.manoeuvring import Manoeuvres, Moving, probabilities
 
 
 def short(name: str, scans: int, **changes):
@@ -40,7 +41,9 @@ def test_manoeuvre_figures_are_those_of_the_metrics(monkeypatch):
     error[:, :2] = np.nan
     busy = s.turn_rate != 0
     busy[:, 0] = busy[:, 1]
-    probability = 1 - est.mode_probability[:, est.modes.index("constant_velocity")].reshape(40, 90)
+    new = np.arange(40 * 90) % 90 == 0
+    told = probabilities(Moving.of(est, s.time.reshape(-1), new), Manoeuvres.of(filter, "fighter"))
+    probability = told[0].reshape(40, 90)
     onset = metrics.response(error, busy, "onset")
     end = metrics.response(error, busy, "end", level=onset.level)
     seen = metrics.detection(probability, busy)

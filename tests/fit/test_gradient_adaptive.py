@@ -32,6 +32,7 @@ ALONG = jink.CurrentStatistical(
 )
 STATISTICAL = jink.CurrentStatistical(acceleration_max=40.0, acceleration_min=30.0, time_constant=9.0)
 RULES = jink.FuzzyRules.of([[0, 20, 0, 30, 1], [40, 30, 10, 25, 30], [-50, 20, -10, 25, 60]])
+SOME = jink.FuzzyRules.of([[10, 20, 0, 30, 2], [50, 30, 10, 25, 40]])
 CHOOSING = jink.NetworkNoise(
     CV,
     NoiseNetwork(
@@ -57,6 +58,7 @@ ADAPTIVE = {
     "imm-facs": jink.IMM([CV, LIMITS], PLANE, jink.Sojourn([40.0, 9.0]), outliers=jink.Outliers()),
     "fuzzy": jink.Kalman(jink.FuzzyNoise(CV, RULES), PLANE),
     "imm-fuzzy": jink.IMM([CV, jink.FuzzyNoise(CV, RULES)], PLANE, 0.9),
+    "fuzzy-along": jink.Kalman(jink.FuzzyNoise(CV, RULES, SOME), PLANE),
     "network": jink.Kalman(CHOOSING, PLANE),
     "imm-network": jink.IMM([CV, CHOOSING], PLANE, 0.9),
     "levels": jink.IMM([CV, *(jink.AccelerationLevel(CV, (a, 1.0)) for a in (-9.0, 7.0))], PLANE, 0.9),
@@ -104,6 +106,7 @@ def test_every_kind_of_number_is_found():
         "current_statistical.widening.times",
         "fuzzy_constant_velocity.rule_2.centre.change",
         "fuzzy_constant_velocity.rule_3.variance",
+        "fuzzy_constant_velocity.across.rule_2.variance",
         "outliers.share",
         "network_constant_velocity.network.layer_1.weight_2_3",
         "network_constant_velocity.network.layer_2.bias_1",

@@ -21,7 +21,7 @@ MIDNIGHT = START.replace(hour=0, minute=0)
 # the items of each category by their place in a record; -: spare
 ITEMS = {
     48: "010 140 020 040 070 090 130 220 240 250 161 042 200 170 210 030 080 100 110 120",
-    62: "010 - 015 070 105 100 185 210 060 245 380 040 080 290 200 295 136 130 135 220",
+    62: "010 - 015 070 105 100 185 210 060 245 380 040 080 290 200 295 136 130 135 220 390 270 300 110 120 510 500",
     21: "010 040 161 015 071 130 131 072 150 151 080 073 074 075 076 140 090 210 070 230 145 152 200 155 157 160",
 }
 ORDER = {category: text.split() for category, text in ITEMS.items()}
@@ -134,7 +134,20 @@ def test_times_of_day_go_on_after_midnight(tmp_path):
 def test_a_velocity_and_marks_are_read():
     row = asterix.read("x", block(21, reports(PLANE)[0]) * 2).frame.row(0, named=True)
     assert row["speed"] == pytest.approx(230.0 * 3600 / 1852, abs=0.2) and row["course"] == pytest.approx(100, abs=0.01)
+    assert row["nac_v"] == 0
     assert (row["nic"], row["nac_p"], row["on_ground"], row["vertical_rate"]) == (8, 10, False, 0.0)
+
+
+def test_a_tracker_states_its_accuracy():
+    """I062/500 with the place (degrees), the height by pressure, the velocity and the climb."""
+    items = {"010": b"\x19\x64", "070": number(128 * 50000, 3), "040": number(4980, 2)}
+    items |= {"105": number(60.0 * 2**25 / 180, 4) + number(11.0 * 2**25 / 180, 4), "136": number(350 * 4, 2)}
+    parts = [number(50, 2) + number(120, 2), b"\x02", b"\x04\x06", b"\x28"]
+    # part 3, 5, 6 and 8: bits 0x20, 0x08, 0x04, and 0x80 of the next octet
+    items |= {"220": number(-8, 2), "500": b"\x2d\x80" + b"".join(parts)}
+    row = asterix.read("x", block(62, packed(62, items)) * 2).frame.row(0, named=True)
+    assert row["position_sd"] == pytest.approx(120 * 180 / 2**25 * 111_120 * 0.5)
+    assert (row["altitude_sd_ft"], row["velocity_sd"], row["vertical_rate_sd_fpm"]) == (50.0, 1.5, 250.0)
 
 
 def test_what_is_not_read_is_named(tmp_path):

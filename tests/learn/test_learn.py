@@ -316,6 +316,12 @@ BAD = {
     "twice in a bank": (["nnvsmm-modes", "random-turns", "--bank", "cv,cv"], "each once, got cv,cv"),
     "a bank of one": (["nnvsmm-modes", "random-turns", "--bank", "ct"], "expected at least two, for example cv,ct"),
     "bank and inputs": (["nnvsmm-modes", "random-turns", "--bank", "cv,ca", "--inputs", "1,9"], "give one"),
+    "along the track one by one": (["fuzzy-imm", "random-turns", "--along-track"], "give --optimizer together"),
+    "along a track of a network": (["nnvsmm", "random-turns", "--along-track"], "--along-track is an option for"),
+    "along a track of one axis": (
+        ["fuzzy-imm", "lee-2003", "--along-track", "--optimizer", "together"],
+        "two or three axes, got one",
+    ),
     "no runs": (["fuzzy-imm", "lee-2003", "--runs", "0"], "--runs"),
 }
 

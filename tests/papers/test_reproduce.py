@@ -115,9 +115,20 @@ def test_wang_limits_along_the_track_that_widen_beat_csaf_and_singer(outcomes):
                 theirs = figure(outcome, experiment, other, metric)
                 # The same runs for both: the sensor's noise, which rules each figure's own error, cancels.
                 assert mine.measured < theirs.measured, (experiment, metric, other)
-    peak = figure(outcome, "step", "along fit", "peak_over_csaf")
-    assert peak.measured < 1.5 + 2 * peak.se
+    for name in ("along fit", "ratios fit"):
+        peak = figure(outcome, "step", name, "peak_over_csaf")
+        assert peak.measured < 1.5 + 2 * peak.se
     assert figure(outcome, "step", "facs", "peak_over_csaf").measured > 2.0
+
+
+def test_wang_fitted_to_its_largest_ratio_it_beats_them_in_acceleration_too(outcomes):
+    outcome = outcomes["wang-2010"]
+    for experiment in ("exp 1", "exp 2"):
+        for metric in ("position_rmse", "velocity_rmse", "acceleration_rmse"):
+            mine = figure(outcome, experiment, "ratios fit", metric)
+            for other in ("csaf", "singer", "singer fit"):
+                # The same runs for both: the sensor's noise, which rules each figure's own error, cancels.
+                assert mine.measured < figure(outcome, experiment, other, metric).measured, (experiment, metric, other)
 
 
 def test_lee_intervals_in_the_estimators_own_deviation(outcomes):

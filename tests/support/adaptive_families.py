@@ -73,18 +73,14 @@ def biased(d, unit):
     }
 
 
-def fuzzy(d, unit):
+def fuzzy(d, unit, along=False):
     rng = np.random.default_rng(d.seed)
-    rows = np.column_stack(
-        [
-            rng.normal(0, 3, 4),
-            rng.uniform(0.5, 4, 4),
-            rng.normal(0, 3, 4),
-            rng.uniform(0.5, 4, 4),
-            np.square(d.ratios),
-        ]
-    )
-    return jink.FuzzyNoise(cv(d, unit), jink.FuzzyRules.of(rows, unit=unit))
+
+    def table():
+        places = [draw(*of, 4) for draw, of in ((rng.normal, (0, 3)), (rng.uniform, (0.5, 4))) * 2]
+        return jink.FuzzyRules.of(np.column_stack([*places, np.square(d.ratios)]), unit=unit)
+
+    return jink.FuzzyNoise(cv(d, unit), table(), table() if along else None)
 
 
 def network_noise(d, unit):
@@ -207,6 +203,7 @@ FAMILIES = {
     "input-estimation": input_estimation,
     "variable-dimension": variable_dimension,
     "fuzzy-kalman": alone(fuzzy),
+    "fuzzy-along": alone(lambda d, unit: fuzzy(d, unit, True)),
     "fuzzy-imm": fuzzy_imm,
     "nnvsmm": alone(network_noise),
     "nnvsmm-modes": scored,

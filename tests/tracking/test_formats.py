@@ -291,6 +291,7 @@ MESSAGE = "MSG,8,1,1,ABC123,1,2024/01/15,14:30:00.000,2024/01/15,14:30:00.000,,,
         ("\n".join(DETECTION.format(i) for i in range(9)), "MOTChallenge .* without identity"),
         ("AXXXTST\nHFDTE150124\n", "IGC file without any fix"),
         (MESSAGE, "without any position"),
+        ("MSG,3,,,4B1908,,,,,,,2525,,,33.96693,-118.25598,,,0,0,0,0", "have no date and time"),
         ('{"now": 1.0, "aircraft": []}', "without any aircraft"),
     ],
 )

@@ -84,10 +84,12 @@ def test_pieces_cover_all_rows_once():
     assert [piece.part for piece in cut if piece.part is not None] == [slice(9, 40)] * 4
 
 
-def test_segments_go_on_from_piece_to_piece(monkeypatch):
+@pytest.mark.parametrize("smooth", [False, True])
+def test_manoeuvres_go_on_from_piece_to_piece(monkeypatch, smooth):
     short = pl.concat([table(), table(300, 1).with_columns(target=pl.lit("b"))])
-    whole = jink.track(short, sensor_sd=20.0)
+    whole = jink.track(short, sensor_sd=20.0, smooth=smooth)
     monkeypatch.setattr(batch, "pieces", partial(pieces, most=2_000))
-    found = jink.track(short, sensor_sd=20.0)
+    found = jink.track(short, sensor_sd=20.0, smooth=smooth)
+    np.testing.assert_allclose(found["manoeuvring"], whole["manoeuvring"], atol=1e-7)
     assert whole["segment"].max() > 20
     assert found["segment"].to_list() == whole["segment"].to_list()

@@ -85,6 +85,7 @@ def test_the_documented_columns_are_there_in_si_units():
         assert {name, f"{name}_sd"} <= set(tracks.columns), name
     late = [
         "manoeuvring",
+        "manoeuvring_vertical",
         "segment",
         "status",
         "measured_x",

@@ -31,10 +31,21 @@ class Scans:
 
 
 @dataclass
+class Tentative:
+    """Rows of tracks that were never confirmed but probably existed, by track and time; position (n, axes)."""
+
+    id: NDArray[np.int64]
+    time: Array
+    existence: Array
+    position: Array
+
+
+@dataclass
 class Found:
     """Rows of tracks, by track and time; plot: row of z, −1 for none.
 
-    counts of the run: scans, plots, and how many scans were bounded ("crowded", "full", "inexact").
+    lone: of each row of z, the probability that it is no track's. counts of the run: scans, plots, and how many scans
+    were bounded ("crowded", "full", "inexact").
     """
 
     id: NDArray[np.int64]
@@ -45,6 +56,8 @@ class Found:
     age: NDArray[np.int64]
     plot: NDArray[np.int64]
     estimate: Estimate
+    lone: Array
+    tentative: Tentative
     counts: dict[str, int] = field(default_factory=dict)
 
 
@@ -77,20 +90,24 @@ def _gathered(tracker: Any, scans: Scans, pictures: list[Picture], counts: dict[
     plot = joined(lambda p: p.plot).astype(np.int64)
     plot = np.where(plot >= 0, plot + scans.begin[:-1][scan], -1) if len(ids) else plot
     keep = np.isin(ids, np.unique(ids[confirmed]))
-    rows = np.flatnonzero(keep)
-    rows = rows[np.lexsort((scan[rows], ids[rows]))]
+    order = np.lexsort((scan, ids))
+    rows, others = order[keep[order]], order[~keep[order]]
+    existence, time = joined(lambda p: p.existence), joined(lambda p: p.times)
+    places = joined(lambda p: p.positions).reshape(len(ids), tracker.filter.axes)
     names = ("x", "P", "mode_probability", "status")
     results = {name: joined(lambda p, name=name: p.estimate.results[name])[rows] for name in names}
     f = tracker.filter
     return Found(
         id=ids[rows],
-        time=joined(lambda p: p.times)[rows],
+        time=time[rows],
         scan=scan[rows],
-        existence=joined(lambda p: p.existence)[rows],
+        existence=existence[rows],
         confirmed=confirmed[rows],
         age=joined(lambda p: p.age).astype(np.int64)[rows],
         plot=plot[rows],
         estimate=Estimate(f.components, f.modes, results, f.non_manoeuvring),
+        lone=joined(lambda p: p.lone),
+        tentative=Tentative(ids[others], time[others], existence[others], places[others]),
         counts=counts,
     )
 

@@ -10,15 +10,19 @@ import numpy as np
 
 from ..filters.aided import Aided
 from ..filters.fuzzy_imm import FuzzyNoise, fuzzy_imm
+from ..filters.imm import IMM
 from ..filters.kalman import Kalman
 from ..filters.neural_vsmm import NetworkNoise, NeuralModes
 from ..models.fuzzy import PUBLISHED, FuzzyRules
 from ..models.motion import ConstantVelocity
+from ..models.switching import Sojourn
 from .purpose import Named, Purpose, Unfit
 from .shipped import shipped
 from .single import kalman_ca
+from .targets import KINDS
 
 LEE_SD, LEE_ACCELERATION = 500.0, 100.0  # m, m/s²: sensor and largest input of lee-2003
+TRAINED_ON = "fighter"  # whose acceleration the rules along and across the track learned
 
 
 def fuzzy_imm_(purpose: Purpose) -> Named:
@@ -29,6 +33,34 @@ def fuzzy_imm_(purpose: Purpose) -> Named:
     filter = fuzzy_imm(purpose.seen, rules, purpose.staying(0.97, len(rules)), outliers=purpose.outliers)
     how = "as published" if _scales(purpose, purpose.largest) == (1.0, 1.0) else "scaled"
     return Named(filter=filter, words=f"IMM of three modes with the fuzzy noise of Lee, Joo & Park 2003, {how}")
+
+
+def fuzzy_imm_along(purpose: Purpose) -> Named:
+    """Three modes with fuzzy noise along and across the track, trained on fighters; scaled as the others."""
+    if purpose.axes < 2:
+        raise Unfit("its rules hold along and across the track; the sensor measures one axis")
+    trained = shipped("fuzzy-imm-along")
+    length = _sd(purpose) / trained.sensors[0].sd
+    force = (purpose.largest / KINDS[TRAINED_ON].acceleration) ** 2
+    motions = []
+    for mode in trained.motions:
+        along, across = (_scaled(table, length, force) for table in (mode.rules, mode.across))
+        motions.append(FuzzyNoise(_with_mean_noise(along, across), along, across))
+    stay = np.diag(trained.transition)
+    switching = Sojourn(
+        seconds=(-purpose.interval / np.log(stay)).tolist(),
+        to=(trained.transition - np.diag(stay)) / (1.0 - stay)[:, None],
+    )
+    return Named(
+        filter=IMM(motions, purpose.sensor, switching, outliers=purpose.outliers),
+        words="IMM of three modes with fuzzy noise along and across the track, trained on targets that turn, weave and "
+        "accelerate in any direction, scaled",
+        fitted="other runs" if purpose.name in ("random-turns", "weave") else "",
+    )
+
+
+def _with_mean_noise(*tables: FuzzyRules) -> ConstantVelocity:
+    return ConstantVelocity(acceleration_sd=float(np.sqrt(np.mean([w for t in tables for w in t.variances]))))
 
 
 def fuzzy_kalman(purpose: Purpose) -> Named:

@@ -28,6 +28,7 @@ FilterName = Literal[
     "input-estimation",
     "variable-dimension",
     "fuzzy-imm",
+    "fuzzy-imm-along",
     "fuzzy-kalman",
     "anfis-kf",
     "nn-kf",

@@ -33,7 +33,8 @@ class Kind:
     rows sum to one; speed (m/s): about the fastest, the velocity's sd until there is a second position; extent (m):
     where an outlier may lie, horizontally and vertically; coast (s): a track without a position for longer is given up,
     or cut in two; acceleration (m/s²): what a target pulls when it manoeuvres; position_sd (m): of a measurement, where
-    the data do not tell; coasting: what a target does while nothing is measured.
+    the data do not tell; coasting: what a target does while nothing is measured. manoeuvre_g: a mean acceleration over
+    manoeuvre_seconds that is larger is a manoeuvre, horizontally and vertically, in g.
     """
 
     summary: str
@@ -46,6 +47,8 @@ class Kind:
     acceleration: float
     position_sd: float
     coasting: Coasting
+    manoeuvre_g: tuple[float, float]
+    manoeuvre_seconds: float
 
     def gap(self, step: float) -> float:
         """Seconds without a position after which a track begins anew; step (s): the usual time between two."""
@@ -126,6 +129,8 @@ AIRCRAFT = Kind(
     acceleration=3.0,
     position_sd=30.0,
     coasting=Coasting(after=20.0, manoeuvre=10.0, climb=30.0, reverses=False),
+    manoeuvre_g=(0.05, 0.03),
+    manoeuvre_seconds=8.0,
 )
 
 FIGHTER = Kind(
@@ -149,6 +154,8 @@ FIGHTER = Kind(
     acceleration=40.0,
     position_sd=30.0,
     coasting=Coasting(after=20.0, manoeuvre=5.0, climb=20.0),
+    manoeuvre_g=(0.5, 0.3),
+    manoeuvre_seconds=4.0,
 )
 
 KINDS: dict[str, Kind] = {
@@ -172,6 +179,8 @@ KINDS: dict[str, Kind] = {
         acceleration=0.2,
         position_sd=10.0,
         coasting=Coasting(after=120.0, manoeuvre=60.0, climb=60.0, reverses=False),
+        manoeuvre_g=(0.003, 0.003),
+        manoeuvre_seconds=30.0,
     ),
     "vehicle": Kind(
         summary="road vehicles: braking and cornering below 0.5 g",
@@ -191,6 +200,8 @@ KINDS: dict[str, Kind] = {
         acceleration=3.0,
         position_sd=5.0,
         coasting=Coasting(after=10.0, manoeuvre=4.0, climb=10.0, reverses=False),
+        manoeuvre_g=(0.1, 0.05),
+        manoeuvre_seconds=3.0,
     ),
     "drone": Kind(
         summary="multicopters and small fixed-wing drones: below 1 g, quick turns",
@@ -210,6 +221,8 @@ KINDS: dict[str, Kind] = {
         acceleration=5.0,
         position_sd=3.0,
         coasting=Coasting(after=5.0, manoeuvre=2.0, climb=5.0),
+        manoeuvre_g=(0.1, 0.1),
+        manoeuvre_seconds=2.0,
     ),
     "person": Kind(
         summary="people on foot or by bicycle",
@@ -229,6 +242,8 @@ KINDS: dict[str, Kind] = {
         acceleration=1.0,
         position_sd=5.0,
         coasting=Coasting(after=10.0, manoeuvre=4.0, climb=10.0),
+        manoeuvre_g=(0.05, 0.05),
+        manoeuvre_seconds=3.0,
     ),
 }
 

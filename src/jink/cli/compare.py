@@ -99,12 +99,12 @@ def _run(request: CompareRequest) -> int:
     check_seed(request.seed)
     check_kind(request.kind)
     output, report = _output(request, "--json", request.json), _output(request, "--report", request.report)
+    if output is not None and report is not None and output.absolute() == report.absolute():
+        raise InputError(f"--json and --report are both {output}; expected two names")
     if request.scenario.startswith("sky-") and not Path(request.scenario).exists():
         return _run_sky(request, output, report)
     if request.association:
         raise InputError("--association needs a whole sky, such as sky-regional")
-    if output is not None and report is not None and output.absolute() == report.absolute():
-        raise InputError(f"--json and --report are both {output}; expected two names")
     with progress_line(not request.quiet) as say:
         race = compare(
             _scenario(request),
@@ -127,10 +127,9 @@ def _run(request: CompareRequest) -> int:
 def _run_sky(request: CompareRequest, output: Path | None, report: Path | None) -> int:
     """Filters and associations on plots without identity."""
     from ..compare.sky_race import race_on_sky
-    from ..io.writing import atomically
 
-    if report is not None or request.sensor_options or request.columns or request.lag:
-        options = "--report, --columns, --lag and sensor options"
+    if request.sensor_options or request.columns or request.lag:
+        options = "--columns, --lag and sensor options"
         raise InputError(f"{request.scenario} is a whole sky: {options} do not apply")
     with progress_line(not request.quiet) as say:
         race = race_on_sky(
@@ -140,15 +139,11 @@ def _run_sky(request: CompareRequest, output: Path | None, report: Path | None) 
             request.runs,
             request.seed,
             kind=request.kind,
+            example=report is not None,
             progress=say and (lambda done, asked: say(f"{done:,} of {asked:,}")),
         )
-    text = json_text(race.as_dict())
-    if output is not None and str(output) != "-":
-        with atomically(output) as (temporary,):
-            temporary.write_text(text, encoding="utf-8")
-    if str(output) == "-":
-        sys.stdout.write(text)
-    elif not request.quiet:
+    _write(race, request, output, report)
+    if str(output) != "-" and not request.quiet:
         from ..report.sky_table import show
 
         show(race)
@@ -188,17 +183,28 @@ def _write(race: Any, request: CompareRequest, output: Path | None, report: Path
             if path is output:
                 name.write_text(text, encoding="utf-8")
             else:
-                from ..report.race_page import write_race_report
-
-                write_race_report(race, name, command=command_line(request))
+                _write_page(race, name, command_line(request))
     if str(output) == "-":
         sys.stdout.write(text)
+
+
+def _write_page(race: Any, path: Path, command: str) -> None:
+    from ..compare.sky_race import SkyRace
+
+    if isinstance(race, SkyRace):
+        from ..report.sky_page import write_sky_page
+
+        write_sky_page(race, path, command=command)
+        return
+    from ..report.race_page import write_race_report
+
+    write_race_report(race, path, command=command)
 
 
 def command_line(request: CompareRequest) -> str:
     """The command that does it again; files have the names they were given."""
     asked: dict[str, Any] = {"filters": request.filters, "runs": request.runs, "seed": request.seed}
-    asked |= request.sensor_options
+    asked |= {"association": request.association, **request.sensor_options}
     if request.kind != "aircraft":
         asked["kind"] = request.kind
     words = ["jink", "compare", request.scenario]

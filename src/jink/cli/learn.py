@@ -146,6 +146,15 @@ class LearnRequest:
             **FLAG,
         ),
     ] = False
+    along_track: Annotated[
+        bool,
+        typer.Option(
+            "--along-track",
+            rich_help_panel=SEARCH,
+            help="Rules along and across the track instead of one set for every axis, with --optimizer together.",
+            **FLAG,
+        ),
+    ] = False
     base: Annotated[
         str | None,
         typer.Option(
@@ -311,11 +320,17 @@ def _recipe(request: LearnRequest) -> dict[str, Any]:
             raise InputError(
                 f"{option} is about modes that are learned one by one; --optimizer together does not have it"
             )
+    if request.along_track and request.optimiser != "together":
+        raise InputError("--along-track searches all modes at once; give --optimizer together with it")
     if request.weight is not None and not 0 <= request.weight <= 1:
         raise InputError(f"--weight is {request.weight:g}; expected 0 to 1")
     same = ("acceleration", "process_sd", "optimiser", "generations", "population", "rules", "weight", "epochs")
     given = {name: getattr(request, name) for name in same}
-    given |= {"own_inputs": request.own_inputs or None, "labels": request.labels or None}
+    given |= {
+        "along_track": request.along_track or None,
+        "own_inputs": request.own_inputs or None,
+        "labels": request.labels or None,
+    }
     if request.argmin_labels:
         given["labels"] = "argmin"
     if request.bank is not None:
@@ -358,6 +373,7 @@ def _check_options_go_with_the_name(request: LearnRequest) -> None:
         ("--weight", request.weight, SEARCHED),
         ("--process-sd", request.process_sd, ("fuzzy-imm",)),
         ("--own-inputs", request.own_inputs or None, ("fuzzy-imm",)),
+        ("--along-track", request.along_track or None, SEARCHED),
         ("--checkpoint", request.checkpoint, SEARCHED),
         ("--resume", request.resume or None, SEARCHED),
         ("--epochs", request.epochs, tuple(name for name in RECIPES if name not in SEARCHED)),

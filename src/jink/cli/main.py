@@ -19,6 +19,7 @@ from .compare import run_compare
 from .exit_status import DEBUG, guarded
 from .fit import run_fit
 from .learn import run_learn
+from .report import run_report
 from .reproduce import run_reproduce
 from .request import FLAG, Command, command_of
 from .simulate import run_simulate
@@ -28,6 +29,7 @@ COMMANDS = {
     "track": run_track,
     "simulate": run_simulate,
     "compare": run_compare,
+    "report": run_report,
     "reproduce": run_reproduce,
     "fit": run_fit,
     "learn": run_learn,

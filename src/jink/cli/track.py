@@ -53,6 +53,7 @@ class AzimuthFrom(StrEnum):
 
     north = "north"
     east = "east"
+    grid = "grid"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,6 +156,15 @@ class TrackRequest:
             "One scan makes positions a fifth to a quarter better.",
         ),
     ] = None
+    manoeuvre_g: Annotated[
+        float | None,
+        typer.Option(
+            "--manoeuvre-g",
+            metavar="G",
+            help="Acceleration in g from which on a target manoeuvres, horizontally and vertically. "
+            "Default: that of the kind, such as 0.05 and 0.03 for aircraft.",
+        ),
+    ] = None
     kind: Annotated[
         str,
         typer.Option(
@@ -253,9 +263,18 @@ class TrackRequest:
     azimuth_from: Annotated[
         AzimuthFrom | None,
         typer.Option(
-            metavar="north|east",
+            metavar="north|east|grid",
             rich_help_panel=INPUT,
-            help="Azimuth counts clockwise from north, or counter-clockwise from east (the x axis). Default: north.",
+            help="Azimuth counts clockwise from north, counter-clockwise from east (the x axis), or clockwise from the "
+            "north of UTM's grid, or of that of --crs. Default: north.",
+        ),
+    ] = None
+    crs: Annotated[
+        str | None,
+        typer.Option(
+            metavar="CODE",
+            rich_help_panel=INPUT,
+            help="x and y are coordinates of this projection, such as EPSG:3857 (Web Mercator) or EPSG:32632.",
         ),
     ] = None
     site: Annotated[
@@ -377,6 +396,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
     """What reading and tracking need to know."""
     from ..catalogue.choose import load_filter
     from ..io.loading import Reading
+    from ..io.projections import with_grid
     from ..tracking.batch import Settings
     from ..tracking.lag import Lag
     from ..tracking.noise_level import parse_sensor_sd
@@ -402,11 +422,13 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         threads=request.threads,
         velocity=not request.no_velocity,
         every=parse_every(request.every),
+        manoeuvre_g=request.manoeuvre_g,
     )
     columns = parse_columns(request.columns)
     checked, kept = not request.no_check, None if request.keep is None else tuple(words_of(request.keep))
     units = request.altitude_unit, request.time_unit
-    return Reading(columns, *units, checked, conventions_of(request), kept), settings
+    conventions = with_grid(conventions_of(request), site, bool(sites))
+    return Reading(columns, *units, checked, conventions, kept), settings
 
 
 def conventions_of(request: TrackRequest) -> Any:
@@ -418,7 +440,7 @@ def conventions_of(request: TrackRequest) -> Any:
     order = True if request.day_first else False if request.month_first else None
     axes = request.axes.value if request.axes else None
     azimuth = request.azimuth_from.value if request.azimuth_from else None
-    return Conventions(order, request.time_format, request.time_zone, axes, azimuth)
+    return Conventions(order, request.time_format, request.time_zone, axes, azimuth, request.crs)
 
 
 def anonymous_of(request: TrackRequest) -> Any:
@@ -658,7 +680,7 @@ def _write(tracked: Any, output: Path | None, kind: str, request: TrackRequest, 
             elif path is report:
                 from ..report import write_report
 
-                write_report(tracked.tracks, name, summary=tracked.summary)
+                write_report(tracked.tracks, name, summary=tracked.summary, sky=getattr(tracked, "sky", None))
             else:
                 with name.open("wb") as handle:
                     tracked.rejected.write_parquet(handle)

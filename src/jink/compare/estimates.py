@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from ..checks import Array
 from ..metrics import measured_velocity
 from ..scenarios import Simulation
+from ..tracking.manoeuvring import Manoeuvres, Moving, probabilities
 
 OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "log_likelihood_scan", "status")
 
@@ -28,8 +29,8 @@ class Block:
 class Answer:
     """position, velocity, acceleration (B, S, axes), NaN or None where there is none; nis, nis_dof and
     log_likelihood (B, S) of the measurements; covariance as independent blocks; manoeuvring (B, S), the
-    probability that the target manoeuvres; modes by name and their probabilities (B, S, M), of the first axis
-    where filters run along each axis by themselves."""
+    probability of a manoeuvre as `jink track` says it; modes by name and their probabilities (B, S, M), of the first
+    axis where filters run along each axis by themselves."""
 
     position: Array
     velocity: Array | None = None
@@ -55,9 +56,15 @@ def raw(simulation: Simulation) -> Answer:
 
 def filtered(filter: Any, simulation: Simulation) -> Answer:
     """A filter's estimates; one whose sensor has one axis runs along each axis by itself."""
+    what = Manoeuvres.of(filter, simulation.scenario.kind)
     if per_axis(filter, simulation.scenario.observation.sensor):
-        return _along_each_axis(filter, simulation)
-    return jointly(filter.filter(**simulation.batch(), outputs=OUTPUTS), simulation)
+        return _along_each_axis(filter, simulation, what)
+    estimate = filter.filter(**simulation.batch(), outputs=OUTPUTS)
+    answer = jointly(estimate, simulation)
+    if not any(estimate.non_manoeuvring):
+        return answer
+    busy = probabilities(Moving.of(estimate, simulation.time.reshape(-1), _begins(simulation)), what)[0]
+    return replace(answer, manoeuvring=busy.reshape(simulation.time.shape))
 
 
 def per_axis(filter: Any, sensor: Any) -> bool:
@@ -87,13 +94,36 @@ def jointly(estimate: Any, simulation: Simulation) -> Answer:
 
 
 def _modes(estimate: Any, shape: tuple[int, ...]) -> dict[str, Any]:
-    """Mode probabilities, and that of manoeuvring where the modes tell."""
+    """Mode probabilities, where there are several."""
     modes = tuple(estimate.modes)
     if len(modes) < 2:
         return {}
-    probability = estimate.mode_probability.reshape(*shape, len(modes))
-    manoeuvring = estimate.manoeuvring.reshape(shape) if any(estimate.non_manoeuvring) else None
-    return {"modes": modes, "probability": probability, "manoeuvring": manoeuvring}
+    return {"modes": modes, "probability": estimate.mode_probability.reshape(*shape, len(modes))}
+
+
+def _begins(simulation: Simulation) -> np.ndarray:
+    """Which of the rows (B S,) are the first of a run."""
+    first = np.zeros(simulation.time.shape, bool)
+    first[:, 0] = True
+    return first.reshape(-1)
+
+
+def _along_axes(estimate: Any, answer: Answer, variances: Array, simulation: Simulation) -> Moving:
+    """What tells manoeuvres of a target whose axes are filtered by themselves; variances (B, S, axes, n)."""
+    B, S, axes = answer.position.shape
+    names, rows, level = list(estimate.components), B * S, slice(0, min(axes, 2))
+
+    def each(values: Array | None) -> Array | None:
+        return None if values is None else values[..., level].reshape(rows, -1)
+
+    def spread(name: str) -> Array | None:
+        return variances[..., level, names.index(name)].mean(axis=2).reshape(rows) if name in names else None
+
+    quiet = np.prod(1.0 - estimate.manoeuvring.reshape(B, axes, S), axis=1).reshape(rows)
+    velocity, variance = each(answer.velocity), spread("vx")
+    assert velocity is not None and variance is not None
+    moved, known = ((velocity,), (variance,)), ((each(answer.acceleration),), (spread("ax"),))
+    return Moving(simulation.time.reshape(rows), _begins(simulation), 1.0 - quiet, *moved, *known)
 
 
 def _scored(estimate: Any) -> Array:
@@ -101,7 +131,7 @@ def _scored(estimate: Any) -> Array:
     return np.where(estimate.scored, estimate.log_likelihood_scan, np.nan)
 
 
-def _along_each_axis(filter: Any, simulation: Simulation) -> Answer:
+def _along_each_axis(filter: Any, simulation: Simulation, what: Manoeuvres) -> Answer:
     B, S, axes = simulation.z.shape
     estimate = filter.filter(
         np.repeat(simulation.time, axes, axis=0).reshape(-1),
@@ -113,12 +143,10 @@ def _along_each_axis(filter: Any, simulation: Simulation) -> Answer:
     x = np.moveaxis(estimate.x.reshape(B, axes, S, -1), 1, 2)
     P = estimate.P.reshape(B, axes, S, len(names), len(names))
     rows = {name: getattr(estimate, name).reshape(B, axes, S).sum(axis=1) for name in ("nis", "nis_dof")}
-    rows |= {name: value for name, value in _modes(estimate, (B, axes, S)).items() if value is not None}
-    if "manoeuvring" in rows:
-        rows["manoeuvring"] = 1.0 - np.prod(1.0 - rows["manoeuvring"], axis=1)
+    rows |= _modes(estimate, (B, axes, S))
     if "probability" in rows:
         rows["probability"] = rows["probability"][:, 0]
-    return Answer(
+    answer = Answer(
         position=x[..., 0],
         velocity=x[..., 1],
         acceleration=x[..., names.index("ax")] if "ax" in names else None,
@@ -126,3 +154,8 @@ def _along_each_axis(filter: Any, simulation: Simulation) -> Answer:
         log_likelihood=_scored(estimate).reshape(B, axes, S).sum(axis=1),
         **rows,
     )
+    if not any(estimate.non_manoeuvring):
+        return answer
+    variances = np.moveaxis(np.einsum("basii->basi", P), 1, 2)
+    busy = probabilities(_along_axes(estimate, answer, variances, simulation), what)[0]
+    return replace(answer, manoeuvring=busy.reshape(B, S))

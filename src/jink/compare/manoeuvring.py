@@ -16,9 +16,11 @@ from ..metrics import Figure, events, manoeuvring
 from ..metrics.figure import jackknife
 from ..metrics.manoeuvres import BEFORE, Bools, aligned, noticed, settling_time
 from ..scenarios import Simulation
+from ..tracking.manoeuvring import GRAVITY
 from .scores import JACKKNIFE, NAN, Tally
 
 EVENTS: tuple[Literal["onset", "end"], ...] = ("onset", "end")
+HALF = 0.5  # probability from which on a scan is said to manoeuvre
 QUIET_SHARE = 0.05  # of what the kind of target pulls: where nothing is commanded, less is no manoeuvre
 METRICS = (
     "onset_peak",
@@ -28,6 +30,8 @@ METRICS = (
     "detection_delay",
     "noticed",
     "false_alarms",
+    "detection",
+    "false_alarm",
 )
 
 
@@ -41,8 +45,19 @@ def busy(simulation: Simulation) -> Bools:
     return manoeuvring(simulation.truth.acceleration, threshold)
 
 
-def count(tally: Tally, runs: np.ndarray, error: Array, probability: Array | None, truth: Bools) -> None:
-    """Add chunks of position errors (B, S, axes), NaN where they do not count, and manoeuvre probabilities (B, S)."""
+def accelerated(simulation: Simulation) -> Bools:
+    """(B, S): does the target truly pull more in the plane than the threshold from which its kind manoeuvres?"""
+    threshold = KINDS[simulation.scenario.kind].manoeuvre_g[0] * GRAVITY
+    return manoeuvring(simulation.truth.acceleration[..., :2], threshold)
+
+
+def count(
+    tally: Tally, runs: np.ndarray, error: Array, probability: Array | None, truth: Bools, accelerated: Bools
+) -> None:
+    """Add chunks of position errors (B, S, axes), NaN where they do not count, and manoeuvre probabilities (B, S).
+
+    truth: what onsets, ends and their notice are told by; accelerated: what each scan's probability is held against.
+    """
     tally.add_response(runs, "runs", np.ones(len(runs)))
     for event in EVENTS:
         rows, member = aligned(error, truth, event), events(truth, event)[:, 0]
@@ -52,6 +67,10 @@ def count(tally: Tally, runs: np.ndarray, error: Array, probability: Array | Non
     if probability is not None:
         for name, (total, number) in noticed(probability, truth).items():
             tally.add(runs, name, total, number)
+        says = probability > HALF
+        for name, those in (("detection", accelerated), ("false_alarm", ~accelerated)):
+            those = those & np.isfinite(probability)
+            tally.add(runs, name, (says & those).sum(axis=1).astype(float), those.sum(axis=1).astype(float))
 
 
 def figure(tally: Tally, metric: str) -> Figure:

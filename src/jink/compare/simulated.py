@@ -207,7 +207,7 @@ def _one_chunk(
 ) -> Example:
     """Count all filters' answers; what is shown of the first run."""
     measured, answers = raw(simulation), {}
-    busy = manoeuvring.busy(simulation)
+    busy, pulls = manoeuvring.busy(simulation), manoeuvring.accelerated(simulation)
     for name, entrant in entrants.items():
         began = clock.perf_counter()
         answer = _answer(entrant, simulation, field, measured)
@@ -218,7 +218,7 @@ def _one_chunk(
         _count(tally, answer, simulation, field, measured)
         error = answer.position - simulation.truth.position[..., : answer.position.shape[2]]
         error[:, : field.first] = np.nan
-        manoeuvring.count(tally, simulation.runs, error, answer.manoeuvring, busy)
+        manoeuvring.count(tally, simulation.runs, error, answer.manoeuvring, busy, pulls)
         if field.phases:
             mode_jumps.count(tally, simulation.runs, answer.probability)
         answers[name] = answer

@@ -20,6 +20,7 @@ from ..metrics.clear_mot import ClearMot, clear_mot
 from ..metrics.skies import Picture, SkyFigures, sky_figures
 from ..models.radar import Radar
 from ..scenarios.skies import Sky, SkyRun, sky_called
+from .sky_example import SkyExample, example_of
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class SkyRace:
     runs: int
     seed: int
     entrants: list[SkyEntrant]
+    example: SkyExample | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Everything, for JSON; a figure is [value, standard error], null where there is none."""
@@ -71,9 +73,13 @@ def race_on_sky(
     seed: int,
     *,
     kind: str = "aircraft",
+    example: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> SkyRace:
-    """Every filter with every association. Errors: ValueError for unknown names and filters that cannot do it."""
+    """Every filter with every association. example: keep the first run's tracks, for a page.
+
+    Errors: ValueError for unknown names and filters that cannot do it.
+    """
     sky = sky_called(name)
     for association in associations:
         if association not in ASSOCIATIONS:
@@ -110,7 +116,15 @@ def race_on_sky(
         )
         for k, (f, a) in enumerate(pairs)
     ]
-    return SkyRace(sky, runs, seed, entrants)
+    shown = None
+    if example:
+        trackers = {_label(f, a, filters): _begun(_tracker(made[f], sky, a, kind), sky) for f, a in pairs}
+        shown = example_of(sky.run(0, seed), trackers, kind)
+    return SkyRace(sky, runs, seed, entrants, shown)
+
+
+def _label(filter: str, association: str, filters: Sequence[str]) -> str:
+    return association if len(filters) == 1 else f"{filter}, {association}"
 
 
 def _filter(name: str, sky: Sky, kind: str) -> Any:
@@ -141,6 +155,17 @@ def _tracker(filter: Any, sky: Sky, association: str, kind: str) -> Tracker:
 
 def _tracked(tracker: Tracker, sky: Sky, run: SkyRun) -> list[Picture]:
     """The confirmed tracks of each scan."""
+    _begun(tracker, sky)
+    pictures = []
+    for scan in run.scans:
+        picture = tracker.scan(scan.time, scan.z)
+        sure = picture.confirmed
+        pictures.append(Picture(picture.ids[sure], picture.positions[sure]))
+    return pictures
+
+
+def _begun(tracker: Tracker, sky: Sky) -> Tracker:
+    """With the targets whose start is known."""
     if sky.known:
         names = ("px", "vx", "py", "vy")
         components = tracker.filter.components
@@ -149,9 +174,4 @@ def _tracked(tracker: Tracker, sky: Sky, run: SkyRun) -> list[Picture]:
             at = [components.index(name) for name in names]
             x[at], P[at, at] = known, variance
             tracker.add(0.0, x, P)
-    pictures = []
-    for scan in run.scans:
-        picture = tracker.scan(scan.time, scan.z)
-        sure = picture.confirmed
-        pictures.append(Picture(picture.ids[sure], picture.positions[sure]))
-    return pictures
+    return tracker

@@ -68,13 +68,14 @@ def _motion(motion: dict[str, Any], path: Path, owner: str, residual: float) -> 
         yield from _motion(motion["motion"], (*path, "motion"), owner, residual)
     yield from _numbers(motion, path, owner)
     for field in ("limits", "across"):
-        if field in motion:
+        if "threshold" in motion.get(field, ()):
             yield Limits((*path, field), f"{owner}.{field}", "threshold_down" in motion[field])
     if "widening" in motion:
         yield Number(f"{owner}.widening.nis", ((*path, "widening", "nis"),), "beyond one")
         yield Number(f"{owner}.widening.times", ((*path, "widening", "times"),), "log")
-    if "rules" in motion:
-        yield from _rules(motion["rules"], (*path, "rules"), owner, residual)
+    for field, name in (("rules", owner), ("across", f"{owner}.across")):
+        if "variances" in motion.get(field, ()):
+            yield from _rules(motion[field], (*path, field), name, residual)
     if "network" in motion:
         yield from _network(motion["network"]["network"], (*path, "network", "network"), f"{owner}.network")
 

@@ -77,6 +77,14 @@ def angle_units(sheet: Sheet, seconds: np.ndarray) -> None:
                 f"{name} in column {sheet.shown(name)!r} is taken as {unit} ({why}); "
                 f"--columns {name}_deg={column.name} sets it"
             )
+    if sheet.how.grid_turn is not None:
+        column = sheet.roles["azimuth"]
+        turn = sheet.how.grid_turn
+        sheet.put("azimuth", sheet.numbers("azimuth") * (column.unit or 1.0) + turn, 1.0, sheet.shown("azimuth"))
+        sheet.notes.append(
+            f"azimuth in column {sheet.shown('azimuth')!r} counts from the north of {sheet.how.crs}, "
+            f"{np.degrees(turn):+.2f} degrees from true north"
+        )
     if sheet.how.azimuth == "east":
         column = sheet.roles["azimuth"]
         turned = 0.5 * np.pi - sheet.numbers("azimuth") * (column.unit or 1.0)

@@ -13,7 +13,8 @@ from .errors import InputError
 @dataclass(frozen=True)
 class Conventions:
     """What the user says of times and axes: day_first, time_format (strftime), time_zone of times without one; axes
-    `enu` or `ned`; azimuth clockwise from `north` or counter-clockwise from `east` (the x axis).
+    `enu` or `ned`; azimuth clockwise from `north` or from `grid` north, or counter-clockwise from `east` (the x axis);
+    crs: the projection of x and y, or of grid north; grid_turn: azimuth (rad) of grid north, once it is known.
     """
 
     day_first: bool | None = None
@@ -21,14 +22,16 @@ class Conventions:
     time_zone: str | None = None
     axes: str | None = None
     azimuth: str | None = None
+    crs: str | None = None
+    grid_turn: float | None = None
 
     def __post_init__(self) -> None:
         for name, value, known in (
             ("axes", self.axes, ("enu", "ned")),
-            ("azimuth_from", self.azimuth, ("north", "east")),
+            ("azimuth_from", self.azimuth, ("north", "east", "grid")),
         ):
             if value is not None and value not in known:
-                raise InputError(f"{name} is {value!r}; expected {known[0]!r} or {known[1]!r}")
+                raise InputError(f"{name} is {value!r}; expected {' or '.join(map(repr, known))}")
 
 
 NONE = Conventions()

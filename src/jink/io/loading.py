@@ -12,11 +12,15 @@ from .columns import Columns, recognise
 from .conventions import Conventions
 from .errors import InputError
 from .files import Rows, Table, expand, name_of, open_tables
+from .formats import mot
 from .kept import alike, check_kept, kept
 from .layouts import Layout, layout_of
 from .meaning import doubtful
 from .measurements import Measurements, measure
+from .same_names import keep_apart
 from .stages import stage
+
+LOCAL = (mot.FORMAT.title,)  # formats that number the targets of each file from 1
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,7 @@ def load_files(
     left_out: list[str] = []
     names: list[str] = []
     files: list[str] = []
+    local: list[bool] = []
     count = 0
     for number, path in enumerate(paths):
         try:
@@ -106,6 +111,7 @@ def load_files(
                 part, total = load_table(table, how)
                 parts.append(part)
                 files.append(table.file)
+                local.append(table.format in LOCAL)
                 count += total
         except InputError as error:
             # a folder also holds notes and pictures
@@ -117,6 +123,7 @@ def load_files(
     if not parts:
         raise InputError("no file of the folder can be read:\n" + "\n".join(f"  {reason}" for reason in left_out))
     check_kept(how.keep, names)
+    keep_apart(parts, files, local)
     whole = together(parts, files)
     whole.notes += [f"left out: {reason}" for reason in left_out[:5]]
     if len(left_out) > 5:

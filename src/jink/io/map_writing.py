@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from html import escape
 from typing import IO
-from xml.sax.saxutils import escape
 
 import polars as pl
 
@@ -19,7 +19,7 @@ def write_gpx(tracks: pl.DataFrame, handle: IO[bytes]) -> None:
     """GPX 1.1: a trk per part of a target."""
     handle.write(GPX_HEAD.encode())
     for name, rows in _parts(tracks):
-        handle.write(f"<trk><name>{escape(name)}</name><trkseg>\n".encode())
+        handle.write(f"<trk><name>{escape(name, quote=False)}</name><trkseg>\n".encode())
         lines = []
         for latitude, longitude, altitude, time in rows.iter_rows():
             height = "" if altitude is None else f"<ele>{altitude:.2f}</ele>"
@@ -34,7 +34,7 @@ def write_kml(tracks: pl.DataFrame, handle: IO[bytes]) -> None:
     handle.write(KML_HEAD.encode())
     for name, rows in _parts(tracks):
         mode = "clampToGround" if rows["altitude"].null_count() else "absolute"
-        head = f"<Placemark><name>{escape(name)}</name><gx:Track><altitudeMode>{mode}</altitudeMode>\n"
+        head = f"<Placemark><name>{escape(name, quote=False)}</name><gx:Track><altitudeMode>{mode}</altitudeMode>\n"
         whens = [f"<when>{time}</when>" for time in rows["time"] if time is not None]
         places = [f"<gx:coord>{lon:.7f} {lat:.7f} {alt or 0.0:.2f}</gx:coord>" for lat, lon, alt, _ in rows.iter_rows()]
         handle.write((head + "\n".join(whens + places) + "\n</gx:Track></Placemark>\n").encode())

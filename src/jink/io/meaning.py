@@ -29,6 +29,7 @@ from .moments import (
     with_nanoseconds,
     with_parts,
 )
+from .projections import degrees, maybe_mercator, srid, unprojected
 from .quality import placeholders
 from .sheet import Sheet
 from .units import DEGREE, LENGTH, SEMICIRCLE, SPEED
@@ -74,6 +75,7 @@ def understand(
     if sheet.position == "geographic":
         _geographic(sheet)
     turn_axes(sheet)
+    unprojected(sheet)
     if stream:
         angle_units(sheet, np.zeros(0))
         return sheet, read_moments(sheet, time_unit, None)
@@ -85,6 +87,7 @@ def understand(
         rough = read_times(where, sheet.series("time"), column.unit, time_unit, how).seconds
         if sheet.position == "cartesian":
             maybe_degrees(sheet, rough)
+            maybe_mercator(sheet, rough)
         else:
             angle_units(sheet, rough)
     motion = None
@@ -160,6 +163,13 @@ def _split(sheet: Sheet) -> None:
             f"{value[0] if len(value) else None!r}); --columns latitude=...,longitude=... names two columns"
         )
     latitude, longitude, order = found
+    code = srid(sheet.series("place"))
+    if code is not None:
+        north, east = degrees(code, numbers(longitude)[0], numbers(latitude)[0])
+        sheet.put("latitude", north, DEGREE, name)
+        sheet.put("longitude", east, DEGREE, name)
+        sheet.notes.append(f"column {name!r} has coordinates of {code}")
+        return
     sheet.put("latitude", latitude, DEGREE, name)
     sheet.put("longitude", longitude, DEGREE, name)
     sheet.notes.append(f"column {name!r} is split into latitude and longitude ({order})")

@@ -25,7 +25,17 @@ from .conventions import NONE, Conventions, in_calendar
 from .errors import InputError
 from .kept import marked
 from .meaning import understand
-from .quality import GROUND_SD, accuracies, dilution, grounded, on_the_ground, placeholders, refused, speeds
+from .quality import (
+    GROUND_SD,
+    accuracies,
+    dilution,
+    grounded,
+    on_the_ground,
+    placeholders,
+    rate_accuracies,
+    refused,
+    speeds,
+)
 from .rates import rates
 from .sheet import Problem, Sheet
 from .stages import stage
@@ -47,9 +57,9 @@ class Measurements:
 
     `rows` has file, row, target, source, time (seconds, since 1970 when `absolute`), the position's
     components (NaN: missing), speed and the other rates that the table has (`rates.py`), position_sd and altitude_sd
-    (as each row states; NaN: not stated), dilution (how much rougher a row is than the middle one) and grounded (the
-    altitude was filled in on the ground); on_ground where a column says so. `rate_notes` are of interest where the
-    rates are used.
+    (as each row states; NaN: not stated), velocity_sd and vertical_rate_sd where the source states them, dilution (how
+    much rougher a row is than the middle one) and grounded (the altitude was filled in on the ground); on_ground where
+    a column says so. `rate_notes` are of interest where the rates are used.
     """
 
     rows: pl.DataFrame
@@ -124,6 +134,7 @@ def measure(
         pl.Series("speed", speed),
         *[pl.Series(name, value) for name, value in moving.items()],
         position_sd,
+        *rate_accuracies(sheet, moving),
         *marked(frame, carried),
         pl.Series("dilution", dilution(sheet)),
         pl.Series("grounded", np.isfinite(ground_sd)),
@@ -245,7 +256,10 @@ def target_names(series: pl.Series) -> pl.Series:
 
 
 def _source(sheet: Sheet, file: str | None) -> pl.Series:
-    """Who measured: the sensor's column where there is one, otherwise the file."""
+    """Who measured: the sensor's column where most rows have one, otherwise the file."""
+    if "source" in sheet and "source" not in sheet.told and sheet.series("source").count() < sheet.frame.height / 2:
+        sheet.notes.append(f"column {sheet.shown('source')!r} is empty in most rows, so it names no sensor")
+        sheet.drop("source")
     if "source" in sheet:
         return texts(sheet.series("source")).fill_null("unknown").alias("source")
     return pl.repeat(file or "data", sheet.frame.height, dtype=pl.String, eager=True).alias("source")

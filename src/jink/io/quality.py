@@ -5,6 +5,7 @@ ground.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import numpy as np
 import polars as pl
@@ -43,6 +44,7 @@ NIC = {
     1: 37040.0,
 }
 GVA = {2: 45.0, 1: 150.0}
+NACV = {1: 10.0, 2: 3.0, 3: 1.0, 4: 0.3}  # m/s: 95 % bound of the horizontal velocity's error
 RAYLEIGH_95 = math.sqrt(-2.0 * math.log(0.05))  # radius of the 95 % circle of a circular Gaussian of sd 1
 RAYLEIGH_NIC = math.sqrt(-2.0 * math.log(1e-5))  # NIC's radius is left once in 1e5 (the weakest integrity level, SIL 2)
 RAYLEIGH_68 = math.sqrt(-2.0 * math.log(1.0 - 0.68))  # phones and receivers state the radius of the 68 % circle
@@ -60,22 +62,42 @@ def accuracies(sheet: Sheet) -> list[pl.Series]:
     metres; NaN where unknown.
     """
 
-    def looked_up(role: str, table: dict[int, float], divisor: float) -> np.ndarray:
-        if role not in sheet:
-            return np.full(sheet.frame.height, np.nan)
-        category = sheet.numbers(role)
-        steps = np.full(16, np.nan)
-        steps[list(table)] = np.array(list(table.values())) / divisor
-        known = np.isfinite(category) & (category >= 0) & (category < 16)
-        return np.where(known, steps[np.where(known, category, 0).astype(int)], np.nan)
-
-    horizontal = looked_up("nacp", NACP, RAYLEIGH_95)
-    horizontal = np.where(np.isnan(horizontal), looked_up("nic", NIC, RAYLEIGH_NIC), horizontal)
-    vertical = looked_up("gva", GVA, 1.96)
+    horizontal = _looked_up(sheet, "nacp", NACP, RAYLEIGH_95)
+    horizontal = np.where(np.isnan(horizontal), _looked_up(sheet, "nic", NIC, RAYLEIGH_NIC), horizontal)
+    vertical = _looked_up(sheet, "gva", GVA, 1.96)
     horizontal = np.where(np.isnan(horizontal), _metres(sheet, "accuracy"), horizontal)
     horizontal = np.where(np.isnan(horizontal), _from_variance(sheet), horizontal)
     vertical = np.where(np.isnan(vertical), _metres(sheet, "vertical_accuracy"), vertical)
     return [pl.Series("position_sd", horizontal), pl.Series("altitude_sd", vertical)]
+
+
+def _looked_up(sheet: Sheet, role: str, table: dict[int, float], divisor: float) -> np.ndarray:
+    """The sds of a column of ADS-B's categories, NaN for those that say nothing."""
+    if role not in sheet:
+        return np.full(sheet.frame.height, np.nan)
+    category = sheet.numbers(role)
+    steps = np.full(16, np.nan)
+    steps[list(table)] = np.array(list(table.values())) / divisor
+    known = np.isfinite(category) & (category >= 0) & (category < 16)
+    return np.where(known, steps[np.where(known, category, 0).astype(int)], np.nan)
+
+
+def rate_accuracies(sheet: Sheet, rates: Collection[str]) -> list[pl.Series]:
+    """Sds (m/s) of velocity and vertical rate that each row states, of those rates that the table has."""
+    found: list[pl.Series] = []
+    flat = _looked_up(sheet, "nacv", NACV, RAYLEIGH_95)
+    for role, name, known, measured in (
+        ("velocity_accuracy", "velocity_sd", flat, {"course", "velocity_x"}),
+        ("vertical_rate_accuracy", "vertical_rate_sd", np.full(flat.size, np.nan), {"vertical_rate"}),
+    ):
+        if role in sheet:
+            value = sheet.numbers(role) * (sheet.roles[role].unit or 1.0)
+            known = np.where(np.isnan(known) & (value > 0.0), value, known)
+        if measured & set(rates) and np.isfinite(known).any():
+            found.append(pl.Series(name, known))
+        else:
+            sheet.drop(role, *(["nacv"] if name == "velocity_sd" else []))
+    return found
 
 
 def _metres(sheet: Sheet, role: str) -> np.ndarray:

@@ -140,6 +140,18 @@ ROLES: Named = {
     "nacp": ({}, ("nacp", "nac_p", "nac")),
     "nic": ({}, ("nic",)),
     "gva": ({}, ("gva",)),
+    "nacv": ({}, ("nacv", "nac_v")),
+    "velocity_accuracy": (
+        SPEED,
+        (
+            *("velocity_accuracy", "speed_accuracy", "velocity_sd", "speed_sd", "sacc", "s_acc", "s_variance"),
+            *("vel_accuracy", "velocity_accuracy_horizontal"),
+        ),
+    ),
+    "vertical_rate_accuracy": (
+        SPEED,
+        ("vertical_rate_accuracy", "vertical_speed_accuracy", "vertical_rate_sd", "vertical_speed_sd"),
+    ),
     "source": ({}, ("source", "sensor", "sensor_id", "radar", "radar_id", "station", "sac_sic")),
     # what is said about a measurement
     "place": (
@@ -232,6 +244,7 @@ ROLES: Named = {
 MARKS = {
     *("year", "month", "day", "hour", "minute", "second", "nanosecond"),
     *("place", "date", "week", "north_south", "east_west", "position_time", "age"),
+    *("velocity_accuracy", "vertical_rate_accuracy", "nacv"),
     *("accuracy", "vertical_accuracy", "variance", "hdop", "on_ground", "station", "valid", "outlier"),
 }
 # what is said about motion: it is used if it helps to predict the positions (tracking/velocity.py)

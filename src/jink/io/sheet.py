@@ -10,7 +10,7 @@ import polars as pl
 from .columns import Column, Columns
 from .conventions import Conventions
 from .evidence import Motion
-from .values import numbers, texts
+from .values import codes_of, numbers, texts
 
 Problem = tuple[str, np.ndarray, pl.Series | None]  # reason, rows, the column whose values are to be shown
 
@@ -63,7 +63,8 @@ class Sheet:
         name = f"\x00{role}"
         self.frame = self.frame.with_columns(pl.Series(name, values))
         self.roles[role] = Column(name, unit, shown)
-        self._codes = None
+        if role == "target":
+            self._codes = None
 
     def drop(self, *roles: str) -> None:
         """Roles that turned out to mean nothing here."""
@@ -76,8 +77,7 @@ class Sheet:
             return np.zeros(self.frame.height, int)
         name = self.roles["target"].name
         if self._codes is None or self._codes[0] != name or len(self._codes[1]) != self.frame.height:
-            text = texts(self.series("target")).fill_null("")
-            self._codes = name, text.rank("dense").cast(pl.Int64).to_numpy()
+            self._codes = name, codes_of(texts(self.series("target")).fill_null("")).astype(np.int64)
         return self._codes[1]
 
     def motion(self, first: np.ndarray, second: np.ndarray, position: str | None = None) -> Motion:

@@ -65,3 +65,17 @@ def _in_calendar(series: pl.Series) -> bool:
     ticks = series.cast(pl.Int64) // a_second
     first, last = map(int, YEARS)
     return bool(ticks.is_between(first, last).all())
+
+
+def codes_of(series: pl.Series) -> np.ndarray:
+    """A number per text (N,) uint32, in the order of the texts; 0 for what is missing."""
+    known = series.unique().drop_nulls().sort()
+    if 4 * len(known) > len(series):
+        return series.rank("dense").fill_null(0).cast(pl.UInt32).to_numpy()
+    return (series.cast(pl.Enum(known)).to_physical().cast(pl.UInt32) + 1).fill_null(0).to_numpy()
+
+
+def order_of(codes: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """The rows (N,) by code and time; of equal ones the first comes first. NaN comes last."""
+    small = codes.astype(np.uint16) if codes.size and codes.max() < 2**16 else codes
+    return np.lexsort((time, small))

@@ -106,7 +106,7 @@ def write_packed(tracks: pl.DataFrame, path: Path, kind: str) -> None:
 
 def write_parquet(frame: pl.DataFrame, handle: IO[bytes]) -> None:
     """Parquet, quickly compressed; into an open file, since polars takes no name that is not UTF-8."""
-    frame.write_parquet(handle, compression="zstd", compression_level=1)
+    frame.write_parquet(handle, compression="snappy")
 
 
 def _write_csv(tracks: pl.DataFrame, handle: IO[bytes]) -> None:

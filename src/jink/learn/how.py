@@ -17,11 +17,11 @@ class How:
 
     acceleration (m/s²): what the targets pull; process_sd (m/s²): of the noise that drives them without a manoeuvre, by
     default a hundredth of that; inputs: those of the sub-models; own_inputs: each sub-model learns on a target of its
-    own input instead of the data. base: the filter to be aided; aid_inputs: what its aid looks at; functions,
-    membership, method: of an ANFIS how many functions each input has, of which form, and how they are trained. labels:
-    networks learn which mode was right instead of the tracking error, "argmin" as published. bank: the kinds of motion
-    that a network scores, names of ``jink.learn.recipes.BANK``. progress(words, done, of)
-    is called as it goes on; checkpoint: of searches by populations.
+    own input instead of the data; along_track: rules hold along and across the track. base: the filter to be aided;
+    aid_inputs: what its aid looks at; functions, membership, method: of an ANFIS how many functions each input has, of
+    which form, and how they are trained. labels: networks learn which mode was right instead of the tracking error,
+    "argmin" as published. bank: the kinds of motion that a network scores, names of ``jink.learn.recipes.BANK``.
+    progress(words, done, of) is called as it goes on; checkpoint: of searches by populations.
     """
 
     acceleration: float
@@ -34,6 +34,7 @@ class How:
     weight: float = 0.95
     inputs: tuple[float, ...] = ()
     own_inputs: bool = False
+    along_track: bool = False
     base: Any = None
     epochs: int | None = None
     aid_inputs: str = "innovations"

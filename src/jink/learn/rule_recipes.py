@@ -16,11 +16,12 @@ from ..models.fuzzy import FuzzyRules
 from ..models.motion import ConstantVelocity
 from ..models.sensor import Position
 from . import evolution
+from .candidates import fuzzy_along_track
 from .constants import best_constant
 from .data import Runs
 from .genetic import Settings, identify, training_runs
 from .how import RANGE, SHARES, How
-from .interacting import identify_modes
+from .interacting import FuzzyModes, identify_modes
 
 OPTIMISERS = (*evolution.OPTIMISERS, "together")
 STAY = 0.97  # per scan
@@ -31,9 +32,11 @@ def fuzzy_modes(training: Runs, validation: Runs, how: How) -> IMM:
     """One set of rules per input, each by its own search; or all and the transition matrix together."""
     if how.optimiser == "together":
         found = _together(training, how, 3)
-        motions = [_fuzzy(rules) for rules in found.modes]
         return IMM(
-            motions, Position(sd=training.sd, axes=training.axes), found.transition, mode_probability=np.full(3, 1 / 3)
+            _motions(found),
+            Position(sd=training.sd, axes=training.axes),
+            found.transition,
+            mode_probability=np.full(3, 1 / 3),
         )
     inputs = _inputs(how)
     rules = [_identified(each, how.quiet_sd, _on_input(each, training, how), how, k) for k, each in enumerate(inputs)]
@@ -50,6 +53,8 @@ def constant_modes(name: str, training: Runs, how: How) -> IMM | Kalman | None:
         modes = 3 if name == "fuzzy-imm" else 1
         alone = replace(how, rules=1, checkpoint=None, progress=None)
         found = _together(training, alone, modes)
+        if how.along_track:
+            return _several(_motions(found), training, found.transition, np.full(modes, 1 / modes))
         sds = [float(np.sqrt(table.variances[0])) for table in found.modes]
         return _constants(sds, training, found.transition, np.full(modes, 1 / modes))
     if name == "fuzzy-kalman":
@@ -63,8 +68,11 @@ def constant_modes(name: str, training: Runs, how: How) -> IMM | Kalman | None:
 
 
 def _constants(sds: list[float], training: Runs, transition: Any, first: Array) -> IMM | Kalman:
-    motions = [ConstantVelocity(acceleration_sd=sd) for sd in sds]
-    if len(sds) == 1:
+    return _several([ConstantVelocity(acceleration_sd=sd) for sd in sds], training, transition, first)
+
+
+def _several(motions: list[Any], training: Runs, transition: Any, first: Array) -> IMM | Kalman:
+    if len(motions) == 1:
         return Kalman(motions[0], Position(sd=training.sd, axes=training.axes))
     return IMM(motions, Position(sd=training.sd, axes=training.axes), transition, mode_probability=first)
 
@@ -89,7 +97,7 @@ def fuzzy_mode(training: Runs, validation: Runs, how: How) -> Kalman:
     if len(how.inputs) > 1:
         raise ValueError("inputs: fuzzy-kalman has one mode; fuzzy-imm has one for each")
     if how.optimiser == "together":
-        return Kalman(_fuzzy(_together(training, how, 1).modes[0]), Position(sd=training.sd, axes=training.axes))
+        return Kalman(_motions(_together(training, how, 1))[0], Position(sd=training.sd, axes=training.axes))
     middle, spread = _whole_range(how)
     rules = _identified(middle, SHARES[0] * middle, training, how, 0, widen=spread)
     return Kalman(_fuzzy(rules), Position(sd=training.sd, axes=training.axes))
@@ -101,6 +109,12 @@ def _whole_range(how: How) -> tuple[float, float]:
     """
     most, spread = (how.inputs or (how.acceleration,))[0], (2 * SHARES[0]) ** -0.5
     return most / spread, spread
+
+
+def _motions(found: FuzzyModes) -> list[Any]:
+    if not found.across:
+        return [_fuzzy(rules) for rules in found.modes]
+    return [fuzzy_along_track(along, across) for along, across in zip(found.modes, found.across, strict=True)]
 
 
 def _fuzzy(rules: FuzzyRules) -> Any:
@@ -140,8 +154,9 @@ def _settings(training: Runs, how: How, widen: float = 1.0) -> Settings:
     )
 
 
-def _together(training: Runs, how: How, modes: int) -> Any:
-
+def _together(training: Runs, how: How, modes: int) -> FuzzyModes:
+    if how.along_track and training.axes < 2:
+        raise ValueError("rules along and across the track need measurements of two or three axes, got one")
     generations = how.generations or 250
     return identify_modes(
         training,
@@ -150,6 +165,7 @@ def _together(training: Runs, how: How, modes: int) -> Any:
         seed=how.seed,
         rules=how.rules or (2 if modes > 1 else 6),
         generations=generations,
+        along_track=how.along_track,
         checkpoint=None if how.checkpoint is None else f"{os.fspath(how.checkpoint)}.0.npz",
         progress=how.counting("generation", generations),
         **how.given(population="population"),

@@ -27,6 +27,19 @@ def non_manoeuvring_modes(motions: Sequence[Any], axes: int) -> tuple[bool, ...]
     return tuple(i in noise and noise[i] <= max(limit, least) for i in range(len(motions)))
 
 
+def straight_noise(motions: Sequence[Any], straight: Sequence[bool], axes: int) -> tuple[float, float]:
+    """Noise density (m²/s³) of the straight modes, horizontal and vertical, the largest of them; 0 without any.
+
+    A noise that is constant over a step counts as one of steps of a second.
+    """
+    found = [(0.0, 0.0)]
+    for motion, is_straight in zip(motions, straight, strict=False):
+        if is_straight and hasattr(motion, "native"):
+            own = motion.native(axes).parameters
+            found.append((own[0], own[2] if axes > 2 and len(own) > 2 else 0.0))
+    return max(level for level, _ in found), max(up for _, up in found)
+
+
 def _noise_sd(motion: Any, axes: int) -> float:
     """Of the acceleration along the first axis; a density counts as that of steps of one second, a model of your own as
     none.

@@ -31,6 +31,7 @@ def panels(rows: TrackRows) -> list[Panel]:
     """The panels for which the tracks hold at least one number."""
     height = "altitude" if rows.has("altitude") and np.isfinite(rows.column("altitude")).any() else "z"
     found = [
+        _panel(rows, "existence", "Existence", "probability"),
         _panel(rows, "speed", "Speed", "speed"),
         _course(rows),
         _panel(rows, height, "Altitude" if height == "altitude" else "Height z", "height", sd="z_sd"),

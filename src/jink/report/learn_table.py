@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..filters.aided import Aided
 from ..learn.learning import BASE, CONSTANTS, NAMED, Learned
+from ..models.fuzzy import FuzzyRules
 from .race_table import show as show_race
 from .terminal import print_line, standard_output
 
@@ -41,8 +42,9 @@ def rules(learned: Learned) -> list[str]:
     lines = []
     inner = learned.filter.filter_ if isinstance(learned.filter, Aided) else learned.filter
     for k, motion in enumerate(inner.motions, start=1):
-        found = getattr(motion, "rules", None)
-        if found is not None:
-            lines.append(f"mode {k}, {len(found)} rule{'s' if len(found) > 1 else ''}:")
-            lines += [f"  {line}" for line in found.describe()]
+        found, across = getattr(motion, "rules", None), getattr(motion, "across", None)
+        for where, of in (("" if across is None else " along the track", found), (" across the track", across)):
+            if isinstance(of, FuzzyRules):
+                lines.append(f"mode {k}, {len(of)} rule{'s' if len(of) > 1 else ''}{where}:")
+                lines += [f"  {line}" for line in of.describe()]
     return lines

@@ -23,9 +23,11 @@ def pictures(filter: Any) -> list[Drawing]:
     inner = filter.filter_ if isinstance(filter, Aided) else filter
     out: list[Drawing] = _aid(filter.corrector) if isinstance(filter, Aided) else []
     for k, motion in enumerate(inner.motions, start=1):
-        rules, network = getattr(motion, "rules", None), getattr(motion, "network", None)
-        if isinstance(rules, FuzzyRules):
-            out.append(surface(rules, f"Mode {k}: noise sd that the rules call for"))
+        rules, across = getattr(motion, "rules", None), getattr(motion, "across", None)
+        network = getattr(motion, "network", None)
+        for where, of in (("" if across is None else " along the track", rules), (" across the track", across)):
+            if isinstance(of, FuzzyRules):
+                out.append(surface(of, f"Mode {k}: noise sd that the rules call for{where}"))
         if isinstance(network, NoiseNetwork):
             out += _noise(network)
     network = getattr(inner, "network", None)

@@ -4,7 +4,7 @@ import numpy as np
 
 from .rows import TrackRows
 
-_EARTH_RADIUS = 6_371_008.8
+EARTH_RADIUS = 6_371_008.8
 
 
 def plan_coordinates(rows: TrackRows) -> tuple[np.ndarray, np.ndarray, dict[str, float] | None]:
@@ -18,14 +18,14 @@ def plan_coordinates(rows: TrackRows) -> tuple[np.ndarray, np.ndarray, dict[str,
     latitude, longitude = rows.column("latitude"), rows.column("longitude")
     known = np.isfinite(latitude) & np.isfinite(longitude)
     if not known.any():
-        return latitude, longitude, {"latitude": 0.0, "longitude": 0.0, "radius": _EARTH_RADIUS}
+        return latitude, longitude, {"latitude": 0.0, "longitude": 0.0, "radius": EARTH_RADIUS}
     lat0 = float(np.clip(0.5 * (latitude[known].min() + latitude[known].max()), -85.0, 85.0))
     turn = np.exp(1j * np.radians(longitude[known])).mean()
     lon0 = float(np.degrees(np.angle(turn)))
     unwrapped = unwrap(np.where(known, longitude, np.nan), rows.target, 360.0, lon0)
-    east = _EARTH_RADIUS * np.cos(np.radians(lat0)) * np.radians(unwrapped - lon0)
-    north = _EARTH_RADIUS * np.radians(np.where(known, latitude, np.nan) - lat0)
-    return east, north, {"latitude": lat0, "longitude": lon0, "radius": _EARTH_RADIUS}
+    east = EARTH_RADIUS * np.cos(np.radians(lat0)) * np.radians(unwrapped - lon0)
+    north = EARTH_RADIUS * np.radians(np.where(known, latitude, np.nan) - lat0)
+    return east, north, {"latitude": lat0, "longitude": lon0, "radius": EARTH_RADIUS}
 
 
 def plan_point(frame: dict[str, float], latitude: float, longitude: float) -> tuple[float, float]:

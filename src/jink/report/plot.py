@@ -48,6 +48,7 @@ def plot(what: object, *, title: str | None = None, summary: Mapping[str, object
     from ..io.frames import from_any
     from .tracks_page import page_text
 
+    sky = getattr(what, "sky", None)
     if isinstance(what, Tracked):
         what, summary = what.tracks, what.summary if summary is None else summary
     try:
@@ -56,4 +57,4 @@ def plot(what: object, *, title: str | None = None, summary: Mapping[str, object
         raise TypeError(
             f"plot: expected tracks (a DataFrame of jink.track) or a race of jink.compare, got {type(what).__name__}"
         ) from None
-    return Page(page_text(tracks, summary or {}, title))
+    return Page(page_text(tracks, summary or {}, title, sky))

@@ -35,13 +35,15 @@ AROUND = {
     "noticed": "noticed",
     "detection_delay": "delay scans",
     "false_alarms": "false alarms",
+    "detection": "detection",
+    "false_alarm": "false alarm",
     "mode_jump_delay": "mode delay scans",
     "log_score": "ln p(truth)",
     "prediction_score": "ln p(next z)",
 }
 # columns of a terminal that shows all figures; a file shows them too
 WIDE = 150
-SHARES = ("nees_inside", "nis_inside", "lost", "gated", "noticed", "false_alarms")
+SHARES = ("nees_inside", "nis_inside", "lost", "gated", "noticed", "false_alarms", "detection", "false_alarm")
 ONLY_WIDE = (
     "position_median",
     "position_95",

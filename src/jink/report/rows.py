@@ -57,7 +57,7 @@ def read_rows(tracks: pl.DataFrame) -> TrackRows:
             raise ValueError(f"tracks: expected a column {needed!r}; found {', '.join(found) or 'none'}")
     if not ({"latitude", "longitude"} <= set(found) or {"x", "y"} <= set(found)):
         raise ValueError(f"tracks: expected columns latitude and longitude, or x and y; found {', '.join(found)}")
-    clock, seconds = _seconds(tracks["time"])
+    clock, seconds = seconds_of(tracks["time"])
     part = pl.col("part").cast(pl.Int64).fill_null(0) if "part" in found else pl.lit(0, dtype=pl.Int64)
     frame = tracks.with_columns(
         pl.col("target").cast(pl.String).fill_null("(no name)"), part.alias("part"), seconds.alias("time")
@@ -72,13 +72,13 @@ def read_rows(tracks: pl.DataFrame) -> TrackRows:
         frame["part"].to_numpy(),
         frame["time"].to_numpy(),
         clock,
-        _status(frame),
+        status_of(frame),
         first,
         frame,
     )
 
 
-def _seconds(time: pl.Series) -> tuple[bool, pl.Series]:
+def seconds_of(time: pl.Series) -> tuple[bool, pl.Series]:
     """(whether it is a date and time, float seconds)."""
     if time.dtype == pl.Date:
         time = time.cast(pl.Datetime("us"))
@@ -87,7 +87,7 @@ def _seconds(time: pl.Series) -> tuple[bool, pl.Series]:
     return False, time.cast(pl.Float64, strict=False)
 
 
-def _status(frame: pl.DataFrame) -> np.ndarray:
+def status_of(frame: pl.DataFrame) -> np.ndarray:
     if "status" not in frame.columns:
         return np.full(frame.height, Status.updated, dtype=np.uint8)
     text = frame["status"].cast(pl.String)

@@ -26,13 +26,13 @@ def show(race: SkyRace) -> None:
     console = standard_output()
     print_line(console, f"{race.sky.name}: {race.sky.summary}", style="bold")
     print_line(console, f"{race.runs:,} runs, seed {race.seed}, cut-off {race.sky.cutoff:g} m (p = α = 2)")
-    print_table(console, HEAD, [_row(e) for e in race.entrants], left=(0, 1))
+    print_table(console, HEAD, [row_of(e) for e in race.entrants], left=(0, 1))
     print_line(
         console,
         "GOSPA and its parts are root mean squares over runs and scans; switches per run, ids per target; "
         "held: share of targets and scans with a track; spurious: of tracks without a target; ms of CPU per scan.",
     )
-    print_table(console, MORE, [_more(e) for e in race.entrants], left=(0, 1))
+    print_table(console, MORE, [second_row_of(e) for e in race.entrants], left=(0, 1))
     print_line(
         console,
         "CLEAR-MOT: MOTA, MOTP. SIAP, where a track belongs to the target nearest to it: completeness, ambiguity, "
@@ -40,7 +40,8 @@ def show(race: SkyRace) -> None:
     )
 
 
-def _row(entrant: SkyEntrant) -> tuple[str, ...]:
+def row_of(entrant: SkyEntrant) -> tuple[str, ...]:
+    """Cells under ``HEAD``."""
     f = entrant.figures
     return (
         entrant.filter,
@@ -57,7 +58,8 @@ def _row(entrant: SkyEntrant) -> tuple[str, ...]:
     )
 
 
-def _more(entrant: SkyEntrant) -> tuple[str, ...]:
+def second_row_of(entrant: SkyEntrant) -> tuple[str, ...]:
+    """Cells under ``MORE``."""
     s, m = entrant.siap, entrant.clear_mot
     hourly = Figure(3600 * s.id_change_rate.value, 3600 * s.id_change_rate.se)
     return (

@@ -47,7 +47,7 @@ def log_ticks(low: float, high: float) -> Array:
     return fine[(fine >= low * 0.999) & (fine <= high * 1.001)]
 
 
-class _Axes:
+class Axes:
     """From numbers to places: x to the right, y upwards, linear or logarithmic."""
 
     def __init__(self, x: tuple[float, float], y: tuple[float, float], log: bool = False, square: bool = False):
@@ -115,7 +115,7 @@ def _chart(chart: Chart) -> tuple[str, str]:
     log = chart.log and y[1] > 5 * y[0]
     if not log and not chart.square and 0 < y[0] < 0.4 * y[1]:
         y = (0.0, y[1])  # errors are lengths: seen from zero
-    axes = _Axes(x, y, log, chart.square)
+    axes = Axes(x, y, log, chart.square)
     shaded = "".join(
         f'<rect class="shaded" x="{a:.1f}" width="{b - a:.1f}" y="{TOP}" height="{HEIGHT - TOP - BOTTOM}"/>'
         for a, b in (np.clip(axes.across(np.array(span)), LEFT, WIDTH - RIGHT) for span in chart.shaded)
@@ -141,7 +141,7 @@ def _colours(lines: object) -> list[str]:
     return found
 
 
-def _line(axes: _Axes, line: Line, colour: str, x: Array, y: Array) -> str:
+def _line(axes: Axes, line: Line, colour: str, x: Array, y: Array) -> str:
     px, py = axes.across(x), axes.up(y)
     there = np.isfinite(px) & np.isfinite(py)
     if line.marks:
@@ -159,7 +159,7 @@ def _surface(surface: Surface) -> tuple[str, str]:
     x, y, values = (np.asarray(a, dtype=float) for a in (surface.grid_x, surface.grid_y, surface.values))
     across, down = (max(1, math.ceil(len(grid) / CELLS)) for grid in (x, y))
     x, y, values = x[::across], y[::down], values[::down, ::across]
-    axes = _Axes((x[0], x[-1]), (y[0], y[-1]))
+    axes = Axes((x[0], x[-1]), (y[0], y[-1]))
     low, high = float(values.min()), float(values.max())
     share = (values - low) / (high - low) if high > low else np.zeros_like(values)
     width = (WIDTH - LEFT - RIGHT) / len(x)

@@ -12,7 +12,7 @@ from .settled import settled
 def target_table(rows: TrackRows, check: Consistency) -> dict[str, np.ndarray]:
     """Columns (T,) of the table of targets; NaN where there is nothing to tell.
 
-    duration (s), rows, manoeuvring, gated and nis_inside (shares), compared (rows behind nis_inside),
+    duration (s), rows, manoeuvring, gated and nis_inside (shares), compared (rows behind nis_inside), existence (mean),
     max_speed (m/s), max_turn_rate (deg/s), max_acceleration (m/s^2).
     """
     first = rows.first
@@ -30,6 +30,7 @@ def target_table(rows: TrackRows, check: Consistency) -> dict[str, np.ndarray]:
             "gated": _count(rows.status == Status.gated, rows) / size,
             "nis_inside": check.inside / check.compared,
             "compared": check.compared,
+            "existence": _mean(rows.column("existence"), rows),
             "max_speed": _settled_maximum(rows.column("speed"), rows.column("speed_sd"), rows),
             "max_turn_rate": np.degrees(_settled_maximum(rows.column("turn_rate"), rows.column("turn_rate_sd"), rows)),
             "max_acceleration": _settled_maximum(acceleration, acceleration_sd, rows),
@@ -38,6 +39,12 @@ def target_table(rows: TrackRows, check: Consistency) -> dict[str, np.ndarray]:
 
 def _count(flags: np.ndarray, rows: TrackRows) -> np.ndarray:
     return np.bincount(rows.target[flags], minlength=len(rows.names))
+
+
+def _mean(values: np.ndarray, rows: TrackRows) -> np.ndarray:
+    known = np.isfinite(values)
+    total = np.bincount(rows.target[known], weights=values[known], minlength=len(rows.names))
+    return total / _count(known, rows)
 
 
 def _extreme(values: np.ndarray, rows: TrackRows, ufunc: np.ufunc) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 
 from ..estimate import STATUS, Status
+from ..tracking.sky_picture import SkyPicture
 from .arrays import ArrayBlock, round_mantissa
 from .cards import consistency_card, group, summary_cards
 from .consistency import Consistency, consistency
@@ -19,10 +20,11 @@ from .rows import TrackRows, read_rows
 from .settled import group_quantile, settled
 from .shell import PLAN_AND_CHARTS, escape, fill, page, write_page
 from .sites import site_places
+from .sky_layers import add_sky
 from .targets import target_table
 from .world import add_world
 
-_SCRIPTS = (*PLAN_AND_CHARTS, "address.js", "replay.js", "exports.js", "tracks.js")
+_SCRIPTS = (*PLAN_AND_CHARTS, "address.js", "replay.js", "exports.js", "sky.js", "tracks.js")
 _BYTES = 5_500_000  # aimed at for the arrays before compression, times two: keeps a page below 8 MB
 _MOST_TARGETS = 5_000
 _GATED_BONUS = 0.05
@@ -35,18 +37,22 @@ def write_report(
     *,
     summary: Mapping[str, Any],
     title: str | None = None,
+    sky: SkyPicture | None = None,
 ) -> None:
     """Write one HTML file that shows `tracks` and needs no network, no server and no other file.
 
     tracks: the table that `jink.track` returns (needed: target, time, and latitude, longitude or x, y; the
     rest is shown when present). summary: counts and settings of the run, nested mappings of plain values,
-    shown as tables. Raises ValueError naming missing columns, OSError when `path` cannot be written. Every
+    shown as tables. sky: plots, tentative tracks and false plots, where plots had no identity. Raises
+    ValueError naming missing columns, OSError when `path` cannot be written. Every
     number is computed from all rows; only what is drawn is decimated, keeping the shape of every curve.
     """
-    write_page(path, page_text(tracks, summary, title))
+    write_page(path, page_text(tracks, summary, title, sky))
 
 
-def page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str | None = None) -> str:
+def page_text(
+    tracks: pl.DataFrame, summary: Mapping[str, Any], title: str | None = None, sky: SkyPicture | None = None
+) -> str:
     """The page as HTML."""
     title = title or _title(summary)
     every = read_rows(tracks)
@@ -56,7 +62,7 @@ def page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str | Non
     if rows is not every:
         check = _check(rows)
     table = target_table(rows, check)
-    drawing = _draw(rows, summary)
+    drawing = _draw(rows, summary, sky)
     meta = {
         "clock": rows.clock,
         "same_day": _same_day(rows),
@@ -68,14 +74,15 @@ def page_text(tracks: pl.DataFrame, summary: Mapping[str, Any], title: str | Non
         "nis_band": _common_band(rows, check),
         "liveliest": _liveliest(table, rows),
         "sites": drawing.sites,
+        "sky": drawing.sky,
     }
     body = fill(
         "tracks.html",
         title=escape(title),
-        lede=escape(_lede(every)),
+        lede=escape(_lede(every, sky)),
         consistency=cards,
         summary=summary_cards(summary),
-        footer=escape(_footer(drawing.drawn, len(every), listed, len(every.names))),
+        footer=escape(_footer(drawing.drawn, len(every), listed, len(every.names)) + _footer_of_sky(drawing.sky)),
     )
     return page(title=title, body=body, scripts=_SCRIPTS, meta=meta, block=drawing.block)
 
@@ -110,9 +117,10 @@ class _Drawing:
     frame: dict[str, float] | None
     sites: list[dict[str, float | str]]
     drawn: int
+    sky: dict[str, Any] | None
 
 
-def _draw(rows: TrackRows, summary: Mapping[str, Any]) -> _Drawing:
+def _draw(rows: TrackRows, summary: Mapping[str, Any], sky: SkyPicture | None) -> _Drawing:
     """Decimate and pack what is drawn."""
     east, north, frame = plan_coordinates(rows)
     shown = panels(rows)
@@ -132,7 +140,8 @@ def _draw(rows: TrackRows, summary: Mapping[str, Any]) -> _Drawing:
     _add_states(block, rows, keep, manoeuvring, probability)
     add_world(block, frame, east, north)
     entries = [_add_panel(block, panel, keep) for panel in shown]
-    return _Drawing(block, entries, frame, site_places(summary, frame, east, north), keep.size)
+    layers = add_sky(block, sky, frame, rows) if sky is not None else None
+    return _Drawing(block, entries, frame, site_places(summary, frame, east, north), keep.size, layers)
 
 
 def _choose(
@@ -193,6 +202,8 @@ def _add_states(
     block.add("fresh", np.diff(broken, prepend=0) > 0, "u1")
     block.add("status", rows.status[keep], "u1")
     block.add("coasting", _coasting(rows, np.cumsum(fresh))[keep], "u1")
+    if rows.has("confirmed"):
+        block.add("tentative", rows.column("confirmed")[keep] == 0.0, "u1")
     for name, values in [("manoeuvring", manoeuvring), *((f"mode{m}", p) for m, p in enumerate(probability))]:
         code = np.round(np.clip(values[keep], 0.0, 1.0) * 254.0)
         block.add(name, np.where(np.isfinite(code), code, 255), "u1")
@@ -245,11 +256,14 @@ def _same_day(rows: TrackRows) -> bool:
     return rows.clock and len(rows) > 0 and rows.time.min() // 86400 == rows.time.max() // 86400
 
 
-def _lede(rows: TrackRows) -> str:
+def _lede(rows: TrackRows, sky: SkyPicture | None) -> str:
     if len(rows) == 0:
         return "no tracks"
+    trackers = len(set(sky.series.values())) if sky is not None and sky.series else 0
     text = [
-        f"{group(len(rows.names))} target{'s' if len(rows.names) > 1 else ''}",
+        f"{group(len(rows.names))} target{'s' if len(rows.names) > 1 else ''}"
+        if not trackers
+        else f"{group(len(rows.names))} tracks of {trackers} trackers",
         f"{group(len(rows))} rows",
     ]
     low, high = float(rows.time.min()), float(rows.time.max())
@@ -272,3 +286,13 @@ def _footer(drawn: int, total: int, listed: int, targets: int) -> str:
         text += f" Of {group(targets)} targets the {group(listed)} with most rows are shown."
         text += " The consistency is that of all targets."
     return text
+
+
+def _footer_of_sky(sky: dict[str, Any] | None) -> str:
+    if sky is None:
+        return ""
+    if sky["drawn"] == sky["plots"]:
+        return f" All {group(sky['plots'])} plots are drawn."
+    return (
+        f" {group(sky['drawn'])} of {group(sky['plots'])} plots are drawn, picked at random; the clutter map has all."
+    )

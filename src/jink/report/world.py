@@ -26,7 +26,7 @@ def add_world(
     low = np.array([east[known].min(), north[known].min()])
     high = np.array([east[known].max(), north[known].max()])
     around = max(margin * float((high - low).max()), _LEAST_MARGIN)
-    kinds, lines = _lines_within(frame, low - around, high + around)
+    kinds, lines = lines_within(frame, low - around, high + around)
     if not lines:
         return False
     block.add("world_kind", np.array(kinds), "u1")
@@ -37,7 +37,7 @@ def add_world(
     return True
 
 
-def _lines_within(frame: dict[str, float], low: np.ndarray, high: np.ndarray) -> tuple[list[int], list[np.ndarray]]:
+def lines_within(frame: dict[str, float], low: np.ndarray, high: np.ndarray) -> tuple[list[int], list[np.ndarray]]:
     """(kinds, lines in metres) of the parts inside the box [low, high], one vertex beyond each end."""
     kind, first, degrees = _world()
     north = np.radians(degrees[:, 1] - frame["latitude"]) * frame["radius"]

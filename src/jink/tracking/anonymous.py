@@ -28,9 +28,11 @@ from ..io.rejected import together
 from ..models.radar import Radar
 from .anonymous_rows import placed_plots, placed_tracks
 from .beliefs import Beliefs, Given, assumed
+from .manoeuvring import Manoeuvres, told
 from .output import tracks_table
 from .placing import Placed
 from .prepare import Pace, Settings, choose
+from .sky_picture import SkyPicture, sky_picture
 from .summary import plain, reasons, words_for
 
 SHARED = 0.3  # of the times: if so many are shared by several rows, a table without identity holds several targets
@@ -99,8 +101,8 @@ def is_anonymous(measurements: Measurements) -> bool:
 
 def run_anonymous(
     loaded: Loaded, settings: Settings, how: Anonymous, asked: bool, progress: Progress | None = None
-) -> tuple[pl.DataFrame, pl.DataFrame, dict[str, Any]]:
-    """Tracks, plots in none of them, and the summary. Errors: InputError."""
+) -> tuple[pl.DataFrame, pl.DataFrame, dict[str, Any], SkyPicture]:
+    """Tracks, plots in none of them, the summary, and what a page shows beside the tracks. Errors: InputError."""
     began = clock.perf_counter()
     measurements = loaded.measurements
     plots, begin, scan_time = placed_plots(measurements, settings.site, how.period)
@@ -124,11 +126,12 @@ def run_anonymous(
             "check --sensor-sd, --detection, --kind and the unit of the columns"
         )
     rows = placed_tracks(plots, found)
+    picture = sky_picture(plots, found)
     if settings.smoothing is not None:
         found = _smoothed(found, filter, rows, settings.smoothing)
-    table = _table(rows, found, measurements)
-    used = np.zeros(plots.rows.height, bool)
-    used[found.plot[found.plot >= 0]] = True
+    busy = Manoeuvres.of(filter, settings.kind, settings.manoeuvre_g, centred=settings.smooth)
+    table = sky_table(rows, found, measurements.absolute, busy)
+    used = picture.plots["used"].to_numpy()
     unused = plots.rows.filter(~used).select("file", "row").with_columns(reason=pl.lit("in no track: a false plot"))
     rejected = together([*measurements.rejected, unused])
     summary = _summary(loaded, settings, table, rejected, found, filter, believed.sd, int(used.sum()))
@@ -146,7 +149,7 @@ def run_anonymous(
         if found.counts[name]:
             summary["notes"].append(f"{found.counts[name]:,} scans had {what}")
     summary["association"] = {"detection": believed.detection, "association": how.association, **found.counts}
-    return table, rejected, summary | {"seconds": clock.perf_counter() - began}
+    return table, rejected, summary | {"seconds": clock.perf_counter() - began}, picture
 
 
 def _pass(
@@ -191,9 +194,11 @@ def _smoothed(found: Found, filter: Any, rows: Placed, lag: dict[str, Any]) -> F
     return replace(found, estimate=replace(found.estimate, results=results))
 
 
-def _table(rows: Placed, found: Found, measurements: Measurements) -> pl.DataFrame:
+def sky_table(rows: Placed, found: Found, absolute: bool, what: Manoeuvres) -> pl.DataFrame:
+    """The table of tracks, with existence, whether confirmed, and age."""
     results = found.estimate.results | {"nis": np.full(len(found.id), np.nan), "nis_dof": np.zeros(len(found.id))}
-    table = tracks_table(rows, replace(found.estimate, results=results), measurements.absolute)
+    estimate = replace(found.estimate, results=results)
+    table = tracks_table(rows, estimate, absolute, told(estimate, rows.time, rows.new, what))
     table = table.with_columns(
         existence=found.existence, confirmed=found.confirmed, age=pl.Series(found.age, dtype=pl.Int32)
     )

@@ -20,15 +20,18 @@ from ..filters.bank import Bank
 from ..io.conventions import Conventions
 from ..io.errors import InputError
 from ..io.loading import Loaded, Reading, load_files, load_frame
+from ..io.projections import with_grid
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
 from .lag import Lag
+from .manoeuvring import Manoeuvres, told
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
 from .plausibility import Finding, Seen, as_dicts, findings
 from .prepare import Group, Settings, prepare, sites_of
 from .resampling import parse_every, resampled
-from .stretches import Piece, SegmentsGoOn, Stretched, pieces
+from .sky_picture import SkyPicture
+from .stretches import ManoeuvresGoOn, Run, Stretched, pieces
 from .summary import reasons, summarise
 
 Progress = Callable[[str, int, int], None]
@@ -48,6 +51,19 @@ class Tracked(NamedTuple, Generic[F]):
         from jink import plot
 
         plot(self).save(path)
+
+
+class TrackedSky(Tracked[F]):
+    """The same of plots without identity. sky: what the page shows beside the tracks."""
+
+    sky: SkyPicture
+
+    @staticmethod
+    def of(tracked: Tracked[Any], sky: SkyPicture) -> TrackedSky[Any]:
+        """With what the page shows."""
+        made = TrackedSky[Any](*tracked)
+        made.sky = sky
+        return made
 
 
 class Options(TypedDict, total=False):
@@ -72,12 +88,14 @@ class Options(TypedDict, total=False):
     time_format: str | None
     time_zone: str | None
     axes: Literal["enu", "ned"] | None
-    azimuth_from: Literal["north", "east"] | None
+    azimuth_from: Literal["north", "east", "grid"] | None
+    crs: str | None
     threads: int | None
     anonymous: bool | Mapping[str, object]
     velocity: bool
     keep: Sequence[str] | None
     every: float | str | None
+    manoeuvre_g: float | None
 
 
 Files = str | Path | Sequence[str] | Sequence[Path]
@@ -116,19 +134,22 @@ def track(
     time_zone: str | None = None,
     axes: str | None = None,
     azimuth_from: str | None = None,
+    crs: str | None = None,
     threads: int | None = None,
     details: bool = False,
     anonymous: bool | Mapping[str, Any] = False,
     velocity: bool = True,
     keep: Sequence[str] | None = None,
     every: float | str | None = None,
+    manoeuvre_g: float | None = None,
 ) -> Any:
     """Track every target in a DataFrame (the same kind comes back), a file, a pattern or several files.
 
     One row per accepted input row comes back (`row` is its place in the input): position, velocity,
     acceleration, speed, course, climb_rate, turn_rate in SI units and radians, each with its sd; a
-    probability per mode, `manoeuvring`, `segment`, `status`. Rows that are in no track are counted in a
-    warning; with `details=True` the result is `Tracked(tracks, rejected, summary)` instead.
+    probability per mode, those of a manoeuvre (`manoeuvring`, horizontal, and `manoeuvring_vertical`), `segment`,
+    `status`. Rows that are in no track are counted in a warning; with `details=True` the result is
+    `Tracked(tracks, rejected, summary)` instead.
 
     Missing is null: the course of a target at rest, the turn rate where speed is not two sds from zero.
 
@@ -137,13 +158,16 @@ def track(
     (`{"range": 50, "azimuth_deg": 0.1}`); None: from columns of accuracy or estimated. site: latitude, longitude and
     altitude of a radar, or of several by the names of their sources.
     day_first, time_format (strftime), time_zone: how text dates are read. axes: "enu" or "ned";
-    azimuth_from: "north" (clockwise) or "east" (counter-clockwise). gap: seconds without a position that begin a new
-    part (0: never). anonymous: plots do not say whose they are; True, or any of detection, clutter, new_per_hour,
-    drop_after, period and association by name (docs/plots-without-names.md). A table without identity, in which
+    azimuth_from: "north" (clockwise), "east" (counter-clockwise), or "grid": clockwise from the north of a projection.
+    crs: the projection of x and y, or of that north, as pyproj knows it ("EPSG:3857").
+    gap: seconds without a position that begin a new part (0: never). anonymous: plots do not say whose they are; True,
+    or any of detection, clutter, new_per_hour, drop_after, period and association by name
+    (docs/plots-without-names.md). A table without identity, in which
     several rows share a time, is tracked so by itself. velocity: reported speeds, courses, vertical rates and range
     rates are used where they make held-out positions likelier; False leaves them out. keep: columns of the input that
     come back too (None: those that say who a target is). every: one row at each multiple of so many seconds ("1s"),
-    predicted where nothing was measured, instead of one per input row.
+    predicted where nothing was measured, instead of one per input row. manoeuvre_g: the acceleration in g from which on
+    `manoeuvring` and `manoeuvring_vertical` are probabilities of a manoeuvre (None: that of the kind).
     Raises InputError (a ValueError).
     """
     alone, sites = sites_of({} if site is None else site if isinstance(site, Mapping) else {"": site})
@@ -164,13 +188,16 @@ def track(
         threads=threads,
         velocity=velocity,
         every=parse_every(every),
+        manoeuvre_g=manoeuvre_g,
     )
-    conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from)
+    conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from, crs)
+    conventions = with_grid(conventions, alone, bool(sites))
     kept = None if keep is None else tuple(keep)
     reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions, kept)
     tracked, back = _from_data(data, reading, settings, Anonymous.of(anonymous))
     if details:
-        return Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
+        given_back = Tracked(back(tracked.tracks), back(tracked.rejected), tracked.summary)
+        return TrackedSky.of(given_back, tracked.sky) if isinstance(tracked, TrackedSky) else given_back
     if tracked.rejected.height:
         why = ", ".join(f"{reason}: {n}" for reason, n in tracked.summary["rejected"].items())
         count = f"{tracked.rejected.height} of {tracked.summary['rows']} rows"
@@ -189,8 +216,10 @@ def _from_data(
     from ..io.frames import from_any, to_same
 
     tracked = run(load_frame(from_any(data), reading), settings, anonymous=how)
-    tracked = Tracked(tracked.tracks.drop("file"), tracked.rejected.drop("file"), tracked.summary)
-    return tracked, lambda frame: to_same(frame, data)
+    bare = Tracked(tracked.tracks.drop("file"), tracked.rejected.drop("file"), tracked.summary)
+    if isinstance(tracked, TrackedSky):
+        bare = TrackedSky.of(bare, tracked.sky)
+    return bare, lambda frame: to_same(frame, data)
 
 
 def run(
@@ -203,7 +232,8 @@ def run(
             raise InputError("site: plots without identity are tracked from one site; give one")
         if settings.every is not None:
             raise InputError("every: plots without identity are tracked scan by scan; leave it out")
-        tracked = Tracked(*run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress))
+        found = run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress)
+        tracked = TrackedSky.of(Tracked(*found[:3]), found[3])
     else:
         tracked = _run_named(loaded, settings, progress)
     measured = tracked.tracks if settings.every is None else tracked.tracks.filter(pl.col("row").is_not_null())
@@ -283,23 +313,30 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
         grid = resampled(placed, covariance, settings.every)
         placed, covariance, even = grid.placed, grid.covariance, grid.even
     stretched = Stretched(group.filter, placed, covariance, settings.smoothing, settings.threads)
-    going_on = SegmentsGoOn()
+    what = Manoeuvres.of(group.filter, settings.kind, settings.manoeuvre_g, centred=settings.smooth)
+    going_on = ManoeuvresGoOn(what)
 
-    def table_of(piece: Piece, estimate: Any) -> pl.DataFrame:
-        some = placed.some(piece.rows)
-        if piece.part is not None:
+    def table_of(run: Run, after: Run | None) -> pl.DataFrame:
+        some = placed.some(run.piece.rows)
+        if run.piece.part is None:
+            manoeuvres = told(run.estimate, some.time, some.new, what)
+        else:
             some = replace(some, new=np.arange(some.new.size) == 0)
-        table = tracks_table(some, estimate, absolute, group.ground)
-        if even is not None:
-            table = table.with_columns(even=pl.Series(even[piece.rows]))
-        return table if piece.part is None else going_on.table(table, piece.rows.start == piece.part.start)
+            follows = after is not None and after.piece.part == run.piece.part
+            manoeuvres = going_on.told(run.moving(placed), after.moving(placed) if after and follows else None)
+        table = tracks_table(some, run.estimate, absolute, manoeuvres, group.ground)
+        return table if even is None else table.with_columns(even=pl.Series(even[run.piece.rows]))
 
     waiting: Future[pl.DataFrame] | None = None
+    last: Run | None = None
     with ThreadPoolExecutor(1) as worker:
         for piece in pieces(placed.offsets):
-            estimate = stretched.run(piece)
+            run = Run(piece, stretched.run(piece))
             if waiting:
                 yield waiting.result()
-            waiting = worker.submit(table_of, piece, estimate)
+            waiting = worker.submit(table_of, last, run) if last else None
+            last = run
         if waiting:
             yield waiting.result()
+        if last:
+            yield table_of(last, None)

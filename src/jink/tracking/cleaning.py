@@ -13,6 +13,7 @@ import polars as pl
 
 from ..io.measurements import DIMENSIONS
 from ..io.stages import stage
+from ..io.values import codes_of, order_of
 
 STALE_SPEED = 0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
 STALE_SPEED_AT_END = 5.0  # m/s: the same at the end of a track, where no next position tells
@@ -79,16 +80,28 @@ def changes(*columns: pl.Series) -> np.ndarray:
 
 def _order(state: Cleaned, sort: bool) -> None:
     """By target and time; rows earlier than one before them are counted, or rejected if not to be sorted."""
-    rows = state.rows
-    new = changes(rows["target"])
-    backwards = ~new & np.r_[False, np.diff(rows["time"].to_numpy()) < 0] if rows.height else new
-    if backwards.any() or int(new.sum()) != rows["target"].n_unique():
-        backwards = rows.select((pl.col("time") < pl.col("time").cum_max().over("target")).alias("b"))["b"].to_numpy()
+    codes, time = codes_of(state.rows["target"]), state.rows["time"].to_numpy()
+    backwards = _backwards(codes, time)
     state.counts["unsorted"] = int(backwards.sum()) if sort else 0
     if not sort:
         state.counts["out_of_order"] = int(backwards.sum())
         state.drop(backwards, "time runs backwards")
-    state.rows = state.rows.sort("target", "time", maintain_order=True)
+        codes, time = codes[~backwards], time[~backwards]
+    order = order_of(codes, time)
+    if (np.diff(order) != 1).any():
+        state.rows = state.rows[order]
+
+
+def _backwards(codes: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Rows (N,) that are earlier than one of their target before them."""
+    order = np.argsort(codes, kind="stable")
+    new = np.diff(codes[order], prepend=-1) != 0
+    inside = time[order]
+    late = np.zeros(time.size, bool)
+    if (~new & (np.diff(inside, prepend=-np.inf) < 0)).any():
+        table = pl.DataFrame({"code": codes, "time": time})
+        late = table.select((pl.col("time") < pl.col("time").cum_max().over("code")).alias("late"))["late"].to_numpy()
+    return late
 
 
 def measured_rows(rows: pl.DataFrame, position: str) -> pl.Series:

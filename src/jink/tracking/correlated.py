@@ -21,6 +21,7 @@ from .scatter import MEDIAN, grouped_quantile, third_differences
 
 SPACINGS = (1, 2, 4, 8, 16, 32)
 LEAST = 20  # differences of one spacing
+ROWS = 8 * (LEAST + 2) + 1  # that have so many at a spacing of eight, as every target needs that is looked at
 LASTING = (1.5, 2.5, 4.0, 6.0, 10.0, 15.0, 25.0)  # rows that errors may last
 RELATIVE = 2.5  # sd of a variance that a median tells, in itself over the root of the number of differences
 SURE = 25.0  # of squares in sds, that sigma has to save
@@ -37,26 +38,49 @@ def correlated_errors(
     time (N,) s, plane (N, 2) m, target (N,) numbers the targets, whose rows stand together.
     """
     starts = np.flatnonzero(np.diff(target, prepend=-1))
-    within = np.arange(time.size) - np.repeat(starts, np.diff(np.r_[starts, time.size]))
-    variances, counts = [], []
-    for spacing in SPACINGS:
-        some = within % spacing == 0
-        new = np.diff(target[some], prepend=-1) != 0
-        difference, index = third_differences(time[some], plane[some], new)
-        row = target[some][index]
-        sd = MEDIAN * grouped_quantile(np.abs(difference).ravel(), np.repeat(row, 2), targets, 0.5, least=2 * LEAST)
-        variances.append(sd**2)
-        counts.append(np.bincount(row, minlength=targets))
-    V, n = np.array(variances).T, np.array(counts).T
+    lengths = np.diff(np.r_[starts, time.size])
+    within = np.arange(time.size) - np.repeat(starts, lengths)
+    V, n = np.full((targets, len(SPACINGS)), np.nan), np.zeros((targets, len(SPACINGS)), int)
+    # most targets are told from others by two spacings, so that the rest is looked at of few
+    looked = np.isin(target, np.unique(target[starts[lengths >= ROWS]]))
     sd, seconds = np.full(targets, np.nan), np.full(targets, np.nan)
-    with np.errstate(invalid="ignore"):
-        grows = np.flatnonzero(np.isfinite(V[:, :4]).all(axis=1) & (V[:, 2] > 1.5 * V[:, 0]) & (V[:, 0] > 0))
+    for these in ((2, 0), (1, 3), (4, 5)):
+        if not looked.any():
+            return sd, seconds
+        for k in these:
+            some = within % SPACINGS[k] == 0
+            usual = _usual_step(time, target, some)
+            V[:, k], n[:, k] = _variances(time, plane, target, targets, looked & some, usual)
+        with np.errstate(invalid="ignore"):
+            growing = (V[:, 2] > 1.5 * V[:, 0]) & (V[:, 0] > 0)
+            if these[0] == 1:
+                growing &= np.isfinite(V[:, :4]).all(axis=1)
+        looked &= growing[target]
+    grows = np.flatnonzero(growing & np.isfinite(V[:, :4]).all(axis=1))
     if not grows.size:
         return sd, seconds
     step = grouped_quantile(np.diff(time, prepend=np.nan), target, targets, 0.5)
     found, rows = _explained(V[grows], n[grows])
     sd[grows], seconds[grows] = found, rows * step[grows]
     return sd, seconds
+
+
+def _usual_step(time: np.ndarray, target: np.ndarray, some: np.ndarray) -> float:
+    """The median step of all targets' rows at one spacing."""
+    time, target = time[some], target[some]
+    step = np.diff(time)[np.diff(target) == 0]
+    return float(np.median(step)) if step.size else 0.0
+
+
+def _variances(
+    time: np.ndarray, plane: np.ndarray, target: np.ndarray, targets: int, some: np.ndarray, usual: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of some rows, the variance of third differences of each target (T,), NaN of too few; and how many there are."""
+    time, plane, target = time[some], plane[some], target[some]
+    difference, index = third_differences(time, plane, np.diff(target, prepend=-1) != 0, usual)
+    row = target[index]
+    sd = MEDIAN * grouped_quantile(np.abs(difference).ravel(), np.repeat(row, 2), targets, 0.5, least=2 * LEAST)
+    return sd**2, np.bincount(row, minlength=targets)
 
 
 def _explained(V: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -115,7 +115,7 @@ def measured_places(placed: Placed, covariance: np.ndarray) -> tuple[np.ndarray,
 class Used:
     """What was found of rates: the sds of those that are used (m/s), and sentences for the summary.
 
-    fresh_only: those whose repeated reports are left out.
+    fresh_only: those whose repeated reports are left out; stated: what the source usually states as their sds.
     """
 
     sd: dict[str, float] = field(default_factory=dict)
@@ -123,6 +123,7 @@ class Used:
     notes: list[str] = field(default_factory=list)
     gains: dict[str, float] = field(default_factory=dict)
     fresh_only: frozenset[str] = frozenset()
+    stated: dict[str, float] = field(default_factory=dict)
 
     def figures(self) -> dict[str, Any]:
         """For the lines of the summary on noise."""

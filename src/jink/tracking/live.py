@@ -25,8 +25,10 @@ from ..io.writing import plain_times
 from .cleaning import measured_rows
 from .ground import least_heights
 from .live_lines import Lines
+from .live_manoeuvres import columns
 from .live_order import Order, Waiting, tomorrow
 from .live_targets import OUTPUTS, Answered, Entry, Followed, Pool, answer_entries
+from .manoeuvring import Manoeuvres
 from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD
 from .output import tracks_table
 from .placing import Placed, lay
@@ -291,7 +293,9 @@ class LiveTracks:
             names = {"geographic": ("x", "y", "altitude"), "cartesian": ("x", "y", "z")}
             components = names.get(position, ("range", "azimuth", third or ""))[:axes]
             usual = _usual(given, self.settings.kind)
-            self.pools[axes, pace] = Pool(choose(components, usual, pace, self.settings)[1], self.apart)
+            filter = choose(components, usual, pace, self.settings)[1]
+            what = Manoeuvres.of(filter, self.settings.kind, self.settings.manoeuvre_g)
+            self.pools[axes, pace] = Pool(filter, what, self.apart)
             note = "measurement noise cannot be estimated from a stream: the usual value is taken; --sensor-sd sets it"
             if not given and self.settings.filter is None:
                 self._say(note)
@@ -318,8 +322,8 @@ class LiveTracks:
         part = pl.Series("part", [entry.target.part for entry in entries], dtype=pl.Int32)
         z = np.array([entry.z for entry in entries])
         placed = self._placed(_rows_of(rows, entries).with_columns(part), z, entries, axes, measurements, third)
-        table = tracks_table(placed, estimate, measurements.absolute, self._lowest(placed))
-        return table.with_columns(segment=pl.Series([entry.segment for entry in entries], dtype=pl.Int32))
+        manoeuvres = columns([entry.told for entry in entries if entry.told is not None])
+        return tracks_table(placed, estimate, measurements.absolute, manoeuvres, self._lowest(placed))
 
     def _lowest(self, placed: Placed) -> np.ndarray:
         """The ground of each row (N,), as the stream has shown it up to there."""

@@ -11,9 +11,10 @@ import polars as pl
 
 from ..estimate import Estimate
 from ..io.geodesy import legs
+from .live_manoeuvres import Past, ToldLive, told_live
 from .live_order import Order
 from .live_watch import Watch
-from .output import OFF, ON
+from .manoeuvring import Manoeuvres
 
 OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "status")
 Anchor = tuple[float, float, float, float, float]  # x, y, latitude, longitude, convergence
@@ -22,8 +23,8 @@ Anchor = tuple[float, float, float, float, float]  # x, y, latitude, longitude, 
 class Pool:
     """Live filters of all targets that one filter follows; each has a slot."""
 
-    def __init__(self, filter: Any, apart: bool = False) -> None:
-        self.filter = filter
+    def __init__(self, filter: Any, manoeuvres: Manoeuvres, apart: bool = False) -> None:
+        self.filter, self.manoeuvres = filter, manoeuvres
         try:
             self.slots = None if apart else filter.slots()
         except (AttributeError, TypeError):  # along each axis by itself, or models of the user's own
@@ -80,8 +81,7 @@ class Followed:
     where: tuple[float, float] | None = None  # latitude and longitude last seen
     anchor: Anchor | None = None
     speed: float = 0.0
-    manoeuvring: bool | None = None
-    segment: int = 0
+    past: Past = field(default_factory=Past)
     order: Order = field(default_factory=Order)
     watch: Watch = field(default_factory=Watch)
     parts: int = 1
@@ -108,7 +108,7 @@ class Entry:
     here: tuple[float, float] | None = None
     silent: bool = False
     anchor: Anchor | None = None
-    segment: int | None = None
+    told: ToldLive | None = None
 
 
 @dataclass(frozen=True)
@@ -165,16 +165,10 @@ def _remember(entries: list[Entry], estimate: Estimate, pool: Pool) -> None:
     """What the next row of each target needs of this one."""
     x = estimate.x
     speeds = np.hypot(x[:, pool.velocity[0]], x[:, pool.velocity[1]]).tolist()
-    tells = any(estimate.non_manoeuvring)
-    levels = estimate.manoeuvring.tolist() if tells else []
+    told = told_live(entries, estimate, pool.manoeuvres)
     for k, entry in enumerate(entries):
         target = entry.target
         target.waiting -= 1
-        if entry.silent:
-            continue
-        target.speed = speeds[k]
-        if tells:
-            level = levels[k] > (OFF if target.manoeuvring else ON)
-            target.segment += target.manoeuvring is not None and level != target.manoeuvring
-            target.manoeuvring = level
-            entry.segment = target.segment
+        entry.told = told[k]
+        if not entry.silent:
+            target.speed = speeds[k]

@@ -21,11 +21,13 @@ from ..filters.bank import Bank
 from ..io.conventions import Conventions
 from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
+from ..io.projections import with_grid
 from ..io.writing import plain_times
 from ..models.provenance import VERSION
 from ..times import Time, seconds
 from .live import LiveTracks
 from .live_targets import Followed
+from .manoeuvring import told
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
 from .placing import Placed
@@ -43,9 +45,9 @@ class LiveTracker:
 
     kind: of the targets; filter: a name of ``jink.FILTERS`` or a filter, by default the kind's; sensor_sd: metres, or
     per component; site: latitude, longitude and altitude of a radar; gap (s): without a position for longer a target is
-    forgotten, and begins a new part when it comes back (0: never). columns, altitude_unit, time_unit, axes and
-    azimuth_from as for :func:`jink.track`. The measurement noise is the usual one of the kind unless sensor_sd says
-    otherwise. Errors: InputError (a ValueError).
+    forgotten, and begins a new part when it comes back (0: never). columns, altitude_unit, time_unit, axes,
+    azimuth_from, crs and manoeuvre_g as for :func:`jink.track`. The measurement noise is the usual one of the kind
+    unless sensor_sd says otherwise. Errors: InputError (a ValueError).
     """
 
     def __init__(
@@ -60,13 +62,21 @@ class LiveTracker:
         altitude_unit: Literal["ft", "m"] | None = None,
         time_unit: Literal["s", "ms", "us", "ns"] | None = None,
         axes: Literal["enu", "ned"] | None = None,
-        azimuth_from: Literal["north", "east"] | None = None,
+        azimuth_from: Literal["north", "east", "grid"] | None = None,
+        crs: str | None = None,
+        manoeuvre_g: float | None = None,
     ) -> None:
         alone, sites = sites_of({} if site is None else {"": site})
         settings = Settings(
-            filter=filter, kind=kind, sensor_sd=parse_sensor_sd(sensor_sd), site=alone, sites=sites, gap=gap
+            filter=filter,
+            kind=kind,
+            sensor_sd=parse_sensor_sd(sensor_sd),
+            site=alone,
+            sites=sites,
+            gap=gap,
+            manoeuvre_g=manoeuvre_g,
         )
-        conventions = Conventions(None, None, None, axes, azimuth_from)
+        conventions = with_grid(Conventions(None, None, None, axes, azimuth_from, crs), alone, bool(sites))
         reading = Reading(columns, altitude_unit, time_unit, True, conventions, None)
         self.kind = kind
         self._tracks = LiveTracks(reading, settings, apart=True)
@@ -160,7 +170,8 @@ class LiveTracker:
         first = np.array([True])
         plane, height = nothing[:, :2], np.array([math.nan])
         placed = Placed(rows, np.zeros(1), nothing, plane, height, first, target.axes, names, frame)
-        table = tracks_table(placed, estimate, bool(self._tracks.lines.absolute))
+        manoeuvres = told(estimate, np.zeros(1), first, target.pool.manoeuvres)
+        table = tracks_table(placed, estimate, bool(self._tracks.lines.absolute), manoeuvres)
         measured = [column for column in table.columns if column.startswith(("measured_", "nis"))]
         return table.drop("file", "row", "segment", *measured)
 

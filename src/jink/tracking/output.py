@@ -19,10 +19,10 @@ from ..io.geodesy import DevelopedFrame, SiteFrame
 from ..io.kept import unmarked
 from ..io.stages import stage
 from .ground import lifted
+from .manoeuvring import Told
 from .placing import Placed
 
 SLOW = 1e-6  # m/s: below this speed a course means nothing
-ON, OFF = 0.6, 0.4  # manoeuvre probability at which a new segment begins and ends
 NIS_BAND = {
     1: (0.000982, 5.0239),
     2: (0.0506, 7.3778),
@@ -63,10 +63,12 @@ class State:
 
 
 @stage("table")
-def tracks_table(placed: Placed, estimate: Any, absolute: bool, ground: float | np.ndarray = math.nan) -> pl.DataFrame:
+def tracks_table(
+    placed: Placed, estimate: Any, absolute: bool, manoeuvres: Told, ground: float | np.ndarray = math.nan
+) -> pl.DataFrame:
     """One row per row of `placed`: the columns that `jink.track` documents, nulls where nothing is known.
 
-    ground (m): no height is below it; NaN: it is not known.
+    manoeuvres: what is said of them (:mod:`.manoeuvring`). ground (m): no height is below it; NaN: it is not known.
     """
     x, P = lifted(placed, ground, estimate.x, estimate.P, estimate.components)
     state = State(x, _with_lasting(placed, P, estimate.components), estimate.components)
@@ -83,16 +85,18 @@ def tracks_table(placed: Placed, estimate: Any, absolute: bool, ground: float | 
     if placed.axes == 3:
         measured["measured_z"] = placed.height
     modes = {f"probability_{name}": estimate.mode_probability[:, i] for i, name in enumerate(estimate.modes)}
-    manoeuvring = estimate.manoeuvring
+    busy = {"manoeuvring": manoeuvres.horizontal}
+    if manoeuvres.vertical is not None:
+        busy["manoeuvring_vertical"] = manoeuvres.vertical
     nis = {"nis": estimate.nis, "nis_dof": np.asarray(estimate.nis_dof).astype(np.uint8)}
-    table = pl.DataFrame({**head, **place, **columns, **sds, **modes, "manoeuvring": manoeuvring, **measured, **nis})
+    table = pl.DataFrame({**head, **place, **columns, **sds, **modes, **busy, **measured, **nis})
     floats = [name for name, kind in table.schema.items() if kind == pl.Float64]
     table = table.with_columns(
         pl.col(floats).fill_nan(None),
         status=pl.Series(np.asarray(estimate.status)).replace_strict(
             list(Status), STATUS, return_dtype=pl.Enum(STATUS)
         ),
-        segment=segments(manoeuvring, placed.new) if any(estimate.non_manoeuvring) else pl.lit(None, pl.Int32),
+        segment=pl.lit(None, pl.Int32) if manoeuvres.segment is None else pl.Series(manoeuvres.segment, dtype=pl.Int32),
         file=placed.rows["file"],
         row=placed.rows["row"],
     )
@@ -120,6 +124,7 @@ def _ordered(names: list[str]) -> list[str]:
     late = [
         "altitude_status",
         "manoeuvring",
+        "manoeuvring_vertical",
         "segment",
         "status",
         "on_ground",
@@ -207,19 +212,6 @@ def _position(placed: Placed, state: State) -> tuple[dict[str, np.ndarray], np.n
         place = {"latitude": latitude, "longitude": longitude}
         return (place | {"altitude": altitude} if altitude is not None else place), convergence
     return {}, np.zeros(x.size)
-
-
-def segments(manoeuvring: np.ndarray, new: np.ndarray) -> pl.Series:
-    """Number of changes between quiet and manoeuvring since the part began, with hysteresis."""
-    clear = np.where(manoeuvring > ON, 1, np.where(manoeuvring < OFF, 0, -1))
-    clear[new & (clear < 0)] = 0
-    decided = np.maximum.accumulate(np.where(clear >= 0, np.arange(clear.size), 0))
-    level = clear[decided]
-    change = np.r_[False, level[1:] != level[:-1]] & ~new
-    total = np.cumsum(change)
-    starts = np.flatnonzero(new)
-    base = np.repeat(total[starts], np.diff(np.r_[starts, new.size]))
-    return pl.Series("segment", (total - base).astype(np.int32))
 
 
 @dataclass

@@ -64,7 +64,9 @@ def place(
         return [lay(rows, position, site, 2, None, sensors_named)] if rows.height else []
     new = changes(rows["target"], rows["part"])
     index = np.cumsum(new) - 1
-    heights = np.bincount(index, weights=rows[name].is_finite().to_numpy(), minlength=int(new.sum()))
+    # a height counts beside a position alone
+    known = (rows[name].is_finite() & rows["measured"]).fill_null(False).to_numpy()
+    heights = np.bincount(index, weights=known, minlength=int(new.sum()))
     has = (heights >= 2)[index]
     groups = [(has, 3, name), (~has, 2, None)]
     return [

@@ -19,8 +19,9 @@ from ..catalogue.targets import kind_of
 from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.measurements import Measurements
+from ..io.values import codes_of, order_of
 from . import range_rate, velocity_use
-from .cleaning import Cleaned, Cleaning, changes, clean
+from .cleaning import Cleaned, Cleaning, clean
 from .converted import as_positions
 from .ground import lowest_ground
 from .held_out import Used
@@ -51,6 +52,7 @@ class Settings:
     threads: int | None = None
     velocity: bool = True
     every: float | None = None
+    manoeuvre_g: float | None = None
     sites: dict[str, SiteFrame] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -61,6 +63,10 @@ class Settings:
             raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
         if self.threads is not None and self.threads < 1:
             raise InputError(f"threads is {self.threads}; expected 1 or more")
+        if self.manoeuvre_g is not None and not 0 < self.manoeuvre_g < math.inf:
+            raise InputError(
+                f"manoeuvre_g is {self.manoeuvre_g!r}; expected an acceleration in g above 0, such as 0.05"
+            )
         if self.min_points < 1:
             raise InputError(f"min_points is {self.min_points}; expected 1 or more")
 
@@ -249,10 +255,10 @@ def usual_step(rows: pl.DataFrame) -> float:
     """The median time between two positions of a target (s), those at the same time left out; 0 where there are
     none.
     """
-    new = changes(rows["target"])
-    if new.sum() > rows.height / 2:  # targets take turns
-        rows = rows.select("target", "time").sort("target", "time")
-        new = changes(rows["target"])
-    step = np.diff(rows["time"].to_numpy())[~new[1:]]
+    codes, time = codes_of(rows["target"]), rows["time"].to_numpy()
+    if (np.diff(codes, prepend=-1) != 0).sum() > rows.height / 2:  # targets take turns
+        order = order_of(codes, time)
+        codes, time = codes[order], time[order]
+    step = np.diff(time)[np.diff(codes) == 0]
     step = step[step > 0]
     return float(np.median(step)) if step.size else 0.0

@@ -22,6 +22,7 @@ FAR = 6.0  # sds from the motion that positions show: such a report is wrong
 class Rates:
     """Velocities in the frame of the positions, rows by components vx, vy and vz (NaN: not reported).
 
+    accuracy (N, 2): sds (m/s) of velocity and vertical rate that the source states, NaN where it does not.
     way (N, 2): unit vectors along which vx and vy were measured, None where both are; slack (N,): what an uncertain way
     adds along it (m/s). fresh (N,): the report differs from the one before.
     """
@@ -30,17 +31,30 @@ class Rates:
     way: np.ndarray | None
     slack: np.ndarray
     fresh: np.ndarray
+    accuracy: np.ndarray
 
     @classmethod
     def none(cls, placed: Placed) -> Rates:
         """Of rows that report nothing."""
         count = placed.rows.height
-        return cls(np.full((count, 3), np.nan), None, np.zeros(count), np.ones(count, bool))
+        return cls(
+            np.full((count, 3), np.nan), None, np.zeros(count), np.ones(count, bool), np.full((count, 2), np.nan)
+        )
 
     def some(self, rows: np.ndarray) -> Rates:
         """Rows of it."""
         way = None if self.way is None else self.way[rows]
-        return Rates(self.velocity[rows], way, self.slack[rows], self.fresh[rows])
+        return Rates(self.velocity[rows], way, self.slack[rows], self.fresh[rows], self.accuracy[rows])
+
+    @property
+    def stated(self) -> dict[str, float]:
+        """The usual sds that the source states, of the rates for which it does."""
+        usual: dict[str, float] = {}
+        for column, name in enumerate(("velocity", "vertical_rate")):
+            known = self.accuracy[np.isfinite(self.accuracy[:, column]) & np.isfinite(self.velocity[:, 2 * column])]
+            if len(known):
+                usual[name] = float(np.median(known[:, column]))
+        return usual
 
 
 def rates_of(placed: Placed) -> Rates | None:
@@ -68,7 +82,8 @@ def rates_of(placed: Placed) -> Rates | None:
     if not np.isfinite(velocity).any():
         return None
     report = np.column_stack([speed, course, column("velocity_x"), column("velocity_y"), column("vertical_rate")])
-    return Rates(velocity, way, slack, _fresh(report, placed.new))
+    accuracy = np.column_stack([column("velocity_sd"), column("vertical_rate_sd")])
+    return Rates(velocity, way, slack, _fresh(report, placed.new), accuracy)
 
 
 def _fresh(report: np.ndarray, new: np.ndarray) -> np.ndarray:
@@ -110,9 +125,18 @@ def _roughness(placed: Placed) -> float:
 
 
 def joined(
-    placed: Placed, covariance: np.ndarray, rates: Rates, sds: Mapping[str, float], fresh_only: bool
+    placed: Placed,
+    covariance: np.ndarray,
+    rates: Rates,
+    sds: Mapping[str, float],
+    fresh_only: bool,
+    stated: Mapping[str, float],
 ) -> tuple[Placed, np.ndarray]:
-    """Measurements of position and velocity (N, 2 axes), and their covariances."""
+    """Measurements of position and velocity (N, 2 axes), and their covariances.
+
+    sds: the usual ones; a row is as much rougher as what its source states is larger than what it usually states
+    (`stated`).
+    """
     axes, count = placed.axes, placed.rows.height
     velocity = rates.velocity[:, :axes].copy()
     if fresh_only:
@@ -120,7 +144,11 @@ def joined(
     velocity[:, :2][_contradicted(placed, rates, sds)] = np.nan
     R = np.zeros((count, 2 * axes, 2 * axes))
     R[:, :axes, :axes] = covariance
-    along = sds.get("velocity", 1.0) ** 2 + rates.slack**2
+    rougher = np.ones((count, 2))
+    for column, name in enumerate(("velocity", "vertical_rate")):
+        if name in stated:
+            rougher[:, column] = np.nan_to_num(rates.accuracy[:, column] / stated[name], nan=1.0)
+    along = (sds.get("velocity", 1.0) * rougher[:, 0]) ** 2 + rates.slack**2
     R[:, axes, axes] = R[:, axes + 1, axes + 1] = along
     if rates.way is not None:
         # nothing is known across the way but that a target does not move across it faster than along it
@@ -132,7 +160,7 @@ def joined(
         known = np.isfinite(rates.way[:, 0])
         R[known, axes : axes + 2, axes : axes + 2] = block[known]
     if axes == 3:
-        R[:, 5, 5] = sds.get("vertical_rate", 1.0) ** 2
+        R[:, 5, 5] = (sds.get("vertical_rate", 1.0) * rougher[:, 1]) ** 2
     names = (*placed.components[:axes], *("vx", "vy", "vz")[:axes])
     z = np.ascontiguousarray(np.column_stack([placed.z[:, :axes], velocity]))
     return replace(placed, z=z, components=names), R

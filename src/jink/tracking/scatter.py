@@ -25,7 +25,7 @@ MEDIAN, TAIL = (
     1.4826,
     1.0 / 1.6449,
 )  # sd of a Gaussian over the 50 % and the 90 % quantile of its absolute values
-BLOCK = 500_000  # differences that are formed at once, to bound memory
+BLOCK = 50_000  # differences that are formed at once: few enough for the processor's cache
 LEAST = 20  # differences needed for an estimate
 ROUNDING = 1e-7  # m or rad: changes below it are of the arithmetic, not of a sensor
 MOVING = 5.0  # m/s: slower targets have no direction to speak of
@@ -155,12 +155,22 @@ def rough_velocity(
     row = np.arange(count)
 
     def slope(back: int, forward: int) -> np.ndarray:
-        a, b = np.maximum(row - back, low), np.minimum(row + forward, high)
-        elapsed = time[b] - time[a]
-        moved = plane[b] - plane[a]
-        return np.where(elapsed[:, None] > 0, moved / np.where(elapsed > 0, elapsed, 1.0)[:, None], np.nan)
+        span = back + forward
+        out = np.full((count, 2), np.nan)
+        # as if all rows were of one track; those near an end of theirs follow
+        if span < count:
+            out[back : count - forward] = _per_second(plane[span:] - plane[:-span], time[span:] - time[:-span])
+        cut = np.flatnonzero((row - back < low) | (row + forward > high))
+        a, b = np.maximum(cut - back, low[cut]), np.minimum(cut + forward, high[cut])
+        out[cut] = _per_second(plane[b] - plane[a], time[b] - time[a])
+        return out
 
     back, forward, wide = slope(reach, 0), slope(0, reach), slope(2 * reach, 2 * reach)
     back, forward = np.where(np.isnan(back), wide, back), np.where(np.isnan(forward), wide, forward)
     middle = np.maximum(np.minimum(back, forward), np.minimum(np.maximum(back, forward), wide))
     return np.nan_to_num(middle)
+
+
+def _per_second(moved: np.ndarray, elapsed: np.ndarray) -> np.ndarray:
+    """moved (N, 2) over elapsed (N,); NaN where no time passed."""
+    return moved / np.where(elapsed > 0, elapsed, np.nan)[:, None]

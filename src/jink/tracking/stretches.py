@@ -14,10 +14,9 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import polars as pl
 
 from ..estimate import Estimate
-from .output import OFF, ON, segments
+from .manoeuvring import Manoeuvres, Moving, Told, probabilities
 from .placing import Placed
 
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
@@ -53,6 +52,20 @@ def pieces(offsets: np.ndarray, most: int = CHUNK) -> Iterator[Piece]:
         else:
             yield Piece(slice(first, last), None)
         begin = end
+
+
+@dataclass(frozen=True)
+class Run:
+    """A piece and the estimates of its rows."""
+
+    piece: Piece
+    estimate: Estimate
+
+    def moving(self, placed: Placed) -> Moving:
+        """What tells manoeuvres in a piece of a long part."""
+        rows, part = self.piece.rows, self.piece.part
+        new = np.arange(rows.start, rows.stop) == (rows.start if part is None else part.start)
+        return Moving.of(self.estimate, placed.time[rows], new)
 
 
 class Stretched:
@@ -139,28 +152,29 @@ def _agree(one: dict[str, np.ndarray], rows: np.ndarray, other: dict[str, np.nda
     return bool(np.all(neither | np.logical_and.reduce(near)))
 
 
-class SegmentsGoOn:
-    """Segments of tables of one part that follow each other."""
+class ManoeuvresGoOn:
+    """Manoeuvres of rows in pieces: those of a long part need some rows of the pieces before and after."""
 
-    def __init__(self) -> None:
-        self.level: float | None = None
-        self.count = 0
+    def __init__(self, what: Manoeuvres):
+        self.what = what
+        self.segments = what.segments()
+        self.before: Moving | None = None
 
-    def table(self, table: pl.DataFrame, begins: bool) -> pl.DataFrame:
-        """The table with its segments numbered from those of the table before."""
-        if table["manoeuvring"].null_count() == table.height:
-            return table
-        manoeuvring = table["manoeuvring"].to_numpy()
-        if begins or self.level is None:
-            numbers = table["segment"].to_numpy()
-        else:
-            whole = np.r_[self.level, manoeuvring]
-            new = np.arange(whole.size) == 0
-            numbers = segments(whole, new).to_numpy()[1:] + self.count
-        clear = manoeuvring[(manoeuvring > ON) | (manoeuvring < OFF)]
-        if clear.size:
-            self.level = float(clear[-1] > ON)
-        elif begins or self.level is None:
-            self.level = 0.0
-        self.count = int(numbers[-1])
-        return table.with_columns(segment=pl.Series("segment", numbers.astype(np.int32)))
+    def told(self, moving: Moving, after: Moving | None) -> Told:
+        """Of one piece of a long part, and the piece after it (None: it is the last)."""
+        window, rows, known = self.what.window, moving.time.size, [moving]
+        begin = ahead = 0
+        if self.before is not None:
+            back = int(np.searchsorted(self.before.time, moving.time[0] - window - 1.0))
+            back = min(back, self.before.time.size - 1)
+            begin = self.before.time.size - back
+            known.insert(0, self.before.some(slice(back, None)))
+        if after is not None:
+            ahead = max(int(np.searchsorted(after.time, moving.time[-1] + window + 1.0)), 1)
+            known.append(after.some(slice(0, ahead)))
+        found = [each[begin:] for each in probabilities(Moving.joined(known), self.what)]
+        time = np.concatenate([moving.time, after.time[:ahead]]) if after is not None else moving.time
+        new = np.arange(time.size) == (0 if self.before is None else -1)
+        segment = self.segments.numbers(found[0], time, new, ahead)
+        self.before = moving if after is not None else None
+        return Told(found[0][:rows], found[1][:rows] if len(found) > 1 else None, segment)

@@ -86,12 +86,14 @@ def _search(
     part = np.cumsum(placed.new)
     repeats = bool(np.mean(rates.fresh) < FEW_REPEATS)
     scales = [scale for scale in SCALES if scale == 1.0 or not set(sds) <= set(given)]
-    for scale, fresh_only in [*((scale, True) for scale in scales), *([(0.0, False)] if repeats else [])]:
+    stated = rates.stated
+    ways = [{name: sd * (1.0 if name in given else scale) for name, sd in sds.items()} for scale in scales]
+    if set(stated) & set(sds) - set(given):
+        ways.append({name: sd if name in given else stated.get(name, sd) for name, sd in sds.items()})
+    for tried_sd, fresh_only in [*((way, True) for way in ways), *([(None, False)] if repeats else [])]:
         # the last round: at the sds found, with the repeated reports
-        tried_sd = {
-            name: best[name].sd if scale == 0.0 else sd * (1.0 if name in given else scale) for name, sd in sds.items()
-        }
-        tried, noise = joined(placed, covariance, rates, tried_sd, fresh_only)
+        tried_sd = {name: each.sd for name, each in best.items()} if tried_sd is None else tried_sd
+        tried, noise = joined(placed, covariance, rates, tried_sd, fresh_only, stated)
         after = position_scores(choose(tried.components, level.typical | tried_sd), tried, noise, places)
         for column, name in enumerate(("velocity", "vertical_rate")):
             if name in sds:
@@ -109,14 +111,14 @@ def _decided(
     notes: list[str],
 ) -> tuple[Placed, NoiseLevel, Used]:
     """With the rates that help; what was decided, in words."""
-    used = Used(notes=notes)
+    used = Used(notes=notes, stated=rates.stated)
     for name, way in best.items():
         what = "the reported " + name.replace("_", " ")
         if not (way.sure > 0.0 and way.gain > WORTH):
             used.notes.append(f"{what} is not used: held-out positions are no likelier with it")
             continue
         used.sd[name], used.gains[name] = way.sd, way.gain
-        used.origin[name] = "given" if name in given else "estimated"
+        used.origin[name] = "given" if name in given else _origin(way.sd, used.stated.get(name))
         used.fresh_only |= {name} if way.fresh_only else set()
         only = "; repeated reports are left out" if way.fresh_only and not rates.fresh.all() else ""
         used.notes.append(
@@ -137,7 +139,7 @@ def as_decided(placed: Placed, level: NoiseLevel, used: Used, rates: Rates | Non
             velocity[:, columns] = np.nan
         elif name in used.fresh_only:
             velocity[~rates.fresh, columns] = np.nan
-    both, covariance = joined(placed, level.covariance, replace(rates, velocity=velocity), used.sd, False)
+    both, covariance = joined(placed, level.covariance, replace(rates, velocity=velocity), used.sd, False, used.stated)
     sources = [line | used.figures() for line in level.sources]
     return both, replace(level, covariance=covariance, typical=level.typical | used.sd, sources=sources)
 
@@ -163,6 +165,8 @@ def _sds(
     ):
         known = np.isfinite(error).all(axis=1) if error.size else np.zeros(0, bool)
         if known.sum() < ENOUGH:
+            if name in rates.stated:
+                sds[name] = given.get(name, rates.stated[name])
             continue
         scatter, doubt = MEDIAN * float(np.median(np.abs(error[known]))), float(np.median(own[known, columns]))
         there, here = (np.linalg.norm(each[known, columns], axis=1) for each in (said, x))
@@ -175,6 +179,10 @@ def _sds(
             continue
         sds[name] = given.get(name, max(np.sqrt(max(scatter**2 - doubt**2, 0.0)), 0.3 * scatter, LEAST))
     return sds, notes
+
+
+def _origin(sd: float, stated: float | None) -> str:
+    return "as the source states" if sd == stated else "estimated"
 
 
 def _ratio(said: np.ndarray, found: np.ndarray, doubt: float) -> float:
@@ -191,5 +199,5 @@ def as_measured(placed: Placed, level: NoiseLevel) -> tuple[Placed, NoiseLevel]:
     if rates.way is not None:
         # a sensor of its own noise cannot say that it measures along the way alone
         rates.velocity[:, :2] = np.nan
-    both, covariance = joined(placed, level.covariance, rates, {}, False)
+    both, covariance = joined(placed, level.covariance, rates, {}, False, {})
     return both, replace(level, covariance=covariance)

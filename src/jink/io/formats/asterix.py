@@ -5,6 +5,7 @@ A block is its category (one octet), its length (two) and records, whose items `
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -168,10 +169,31 @@ def _track(items: dict[str, bytes]) -> Row | None:
         row["altitude"] = 6.25 * _signed(items["130"])
     if "220" in items:
         row["vertical_rate"] = 6.25 * _signed(items["220"])
+    if "500" in items:
+        row |= _claims(parts_of(items["500"], _layout(62, "500")), row, "136" in items or "135" in items)
     derived = parts_of(items["380"], _layout(62, "380")) if "380" in items else {}
     row |= {"address": derived[1].hex() if 1 in derived else None}
     row |= {"callsign": _text(derived[2]) if 2 in derived else None}
     return row
+
+
+def _claims(parts: dict[int, bytes], row: Row, barometric: bool) -> Row:
+    """The sds that a tracker states (I062/500): of position and velocity that of the worse axis."""
+    found: Row = {}
+    if 3 in parts and "latitude" in row:
+        narrow = math.cos(math.radians(row["latitude"]))
+        north, east = _unsigned(parts[3][:2]), narrow * _unsigned(parts[3][2:])
+        found["position_sd"] = 60.0 * MILE * 180.0 / 2**25 * max(north, east)
+    if 1 in parts:
+        found["position_sd"] = 0.5 * max(_unsigned(parts[1][:2]), _unsigned(parts[1][2:]))
+    part, step = (5, 25.0) if barometric else (4, 6.25)
+    if part in parts:
+        found["altitude_sd_ft"] = step * _unsigned(parts[part])
+    if 6 in parts:
+        found["velocity_sd"] = 0.25 * max(_unsigned(parts[6][:1]), _unsigned(parts[6][1:]))
+    if 8 in parts:
+        found["vertical_rate_sd_fpm"] = 6.25 * _unsigned(parts[8])
+    return found
 
 
 def _report(items: dict[str, bytes]) -> Row | None:
@@ -192,7 +214,7 @@ def _report(items: dict[str, bytes]) -> Row | None:
         row["vertical_rate"] = 6.25 * (value - 0x8000 if value & 0x4000 else value)
     quality = items.get("090", b"")
     if len(quality) > 1:
-        row |= {"nic": quality[0] >> 1 & 15, "nac_p": quality[1] >> 1 & 15}
+        row |= {"nic": quality[0] >> 1 & 15, "nac_p": quality[1] >> 1 & 15, "nac_v": quality[0] >> 5}
     if len(quality) > 2:
         row["gva"] = quality[2] >> 1 & 3
     descriptor = items.get("040", b"")
@@ -254,5 +276,5 @@ FORMAT = Format(
     "level (I136, I135) or height (I130), climb (I220), track number (I040). CAT021: place (I131, I130), height (I140) "
     "or level (I145), ground vector (I160), vertical rate (I157, I155), address (I080). Sources are SAC/SIC (I010)",
     "time of day in UTC: I048/140, I062/070, I021/071 or 073 or 077",
-    "CAT021: NACp, NIC and GVA (I090)",
+    "CAT021: NACp, NIC, GVA and NACv (I090). CAT062: sds of position, height, velocity and climb (I500)",
 )

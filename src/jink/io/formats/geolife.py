@@ -1,7 +1,10 @@
-"""Geolife trajectories (PLT): six lines of head, then latitude, longitude, 0, feet, days, date, time."""
+"""Geolife and OziExplorer trajectories (PLT): six lines of head, then latitude, longitude, break, feet, days, date,
+time. OziExplorer's files may leave out date and time, but not the days.
+"""
 
 from __future__ import annotations
 
+from datetime import datetime, timedelta
 from typing import Any
 
 from ..errors import InputError
@@ -10,6 +13,7 @@ from .records import Format, Records, Refused
 
 HEAD = 6
 NO_HEIGHT = -777.0
+FIRST_DAY = datetime(1899, 12, 30)
 
 
 def recognises(head: bytes) -> bool:
@@ -32,7 +36,7 @@ def read(file: str, content: bytes) -> Records:
         rows.append(
             {
                 "row": number,
-                "time": f"{fields[5]} {fields[6]}",
+                "time": f"{fields[5]} {fields[6]}" if fields[5] and fields[6] else _of_days(fields[4]),
                 "latitude": fields[0],
                 "longitude": fields[1],
                 "altitude_ft": None if height == NO_HEIGHT else height,
@@ -43,11 +47,19 @@ def read(file: str, content: bytes) -> Records:
     return Records.of(rows, refused)
 
 
+def _of_days(text: str) -> str | None:
+    """A moment in days since 1899-12-30, whose eleven digits tell it to the millisecond; None for what is no number."""
+    if not is_number(text) or not 0.0 < float(text) < 100_000.0:
+        return None
+    moment = FIRST_DAY + timedelta(milliseconds=round(float(text) * 86_400_000.0))
+    return moment.isoformat(sep=" ", timespec="milliseconds")
+
+
 FORMAT = Format(
-    "Geolife PLT",
+    "Geolife and OziExplorer PLT",
     recognises,
     read,
     "a point, counted after the head",
     "latitude, longitude, altitude (feet; −777 is missing)",
-    "date and time of the last two fields, UTC",
+    "date and time of the last two fields, or the days since 1899-12-30 before them; UTC",
 )

@@ -16,8 +16,10 @@ from .records import Format, Records, Refused
 # what is kept of an aircraft in a snapshot
 FIELDS = (
     *("hex", "flight", "lat", "lon", "alt_geom", "alt_baro", "gs", "track", "geom_rate", "baro_rate", "seen_pos"),
-    *("nic", "nac_p", "gva"),
+    *("nic", "nac_p", "gva", "nac_v"),
 )
+# dump1090 before 2018 (dump1090-mutability) has other names for what the transponder reports, in the same units
+OLDER = {"altitude": "alt_baro", "speed": "gs", "vert_rate": "baro_rate"}
 # places in a point of a trace
 TRACE = {"lat": 1, "lon": 2, "alt_baro": 3, "gs": 4, "track": 5, "baro_rate": 7, "alt_geom": 10, "geom_rate": 11}
 
@@ -40,9 +42,9 @@ def read_snapshots(file: str, content: bytes) -> Records:
         if not isinstance(aircraft, dict):
             refused.add(number, "not a JSON object", aircraft)
         else:
-            rows.append(
-                {"row": number, "time": now} | {name: aircraft.get(name) for name in FIELDS if name in aircraft}
-            )
+            row = {OLDER[name]: aircraft[name] for name in OLDER if name in aircraft}
+            row |= {name: aircraft[name] for name in FIELDS if name in aircraft}
+            rows.append({"row": number, "time": now} | row)
     if not rows:
         raise InputError(f"{file} is a snapshot of readsb or dump1090 without any aircraft")
     return Records.of(rows, refused, fixed={"time_s": "time", "target": "hex"})
@@ -90,7 +92,7 @@ SNAPSHOTS = Format(
     "an aircraft in a snapshot; several snapshots as JSON Lines or in an array",
     "hex, lat, lon, alt_geom or alt_baro (feet, or ground), gs (knots), track, geom_rate or baro_rate (ft/min)",
     "now − seen_pos, seconds since 1970",
-    "nac_p, nic, gva",
+    "nac_p, nic, gva; nac_v of velocities",
 )
 TRACES = Format(
     "readsb trace_full.json",

@@ -53,6 +53,11 @@ def read(file: str, content: bytes) -> Records:
             rows.append({"row": number, "time": f"{fields[DATE]} {fields[TIME]}"} | row | velocity)
     if not rows:
         raise InputError(f"{file} is SBS-1 (BaseStation) without any position ({others} other messages)")
+    if not any(row["time"].strip() for row in rows):
+        raise InputError(
+            f"{file} is SBS-1 (BaseStation) whose messages have no date and time; the program that received them has "
+            "to write these"
+        )
     notes = ["times of SBS-1 are those of the receiver's clock and zone; they are taken as UTC unless --time-zone says"]
     if joined:
         notes.append(f"{joined} positions have the last velocity of their aircraft (MSG,4), up to {FRESH:g} s old")

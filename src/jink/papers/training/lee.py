@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...catalogue.targets import KINDS
 from ...filters.fuzzy_imm import FuzzyNoise, fuzzy_imm
 from ...filters.imm import IMM
 from ...filters.kalman import Kalman
-from ...learn.data import Runs, from_scenario
+from ...learn.candidates import fuzzy_along_track
+from ...learn.data import Runs, from_scenario, joined
 from ...learn.genetic import Settings, identify
 from ...learn.interacting import identify_modes
 from ...learn.population import Errors, errors_of_rules, normalised
@@ -21,6 +23,7 @@ from .trainer import Trainer, test_runs
 
 SD = 500.0  # m
 SWEPT = (0.5, 0.8, 0.99)  # λ, beside the paper's 0.95 and 1
+ACCELERATION = 100.0  # m/s²: of random-accelerations
 INPUTS = (1.0, 10.0, 100.0)  # m/s²: the sub-models of lee-2003
 
 
@@ -64,6 +67,35 @@ def with_transition(scenario: str, modes: int, rules: int) -> Trainer:
         return IMM(motions, sensor, found.transition, mode_probability=np.full(modes, 1 / modes))
 
     return make
+
+
+def along_track(rules: int, interval: tuple[float, float]) -> Trainer:
+    """Three modes with rules along and across the track and their transition matrix, on targets that turn, weave and
+    accelerate in any direction. Lengths of the last are scaled, so that they pull what a fighter does.
+    """
+
+    def make(seed: int, quick: bool) -> IMM:
+        each = 4 if quick else 40
+        turns, weaves = (from_scenario(name, each, seed + 5) for name in ("random-turns", "weave"))
+        share = KINDS["fighter"].acceleration / ACCELERATION
+        pulls = from_scenario("random-accelerations-turned", each, seed + 5, sensor=turns.sd / share)
+        lengths = {name: share * getattr(pulls, name) for name in ("z", "position", "velocity", "acceleration", "sd")}
+        runs = joined([turns, weaves, replace(pulls, **lengths)])
+        generations = 3 if quick else 300
+        found = identify_modes(
+            runs, rules=rules, interval=interval, generations=generations, seed=seed, along_track=True
+        )
+        along, across = ([_dated(table) for table in tables] for tables in (found.modes, found.across))
+        motions = [fuzzy_along_track(*mode) for mode in zip(along, across, strict=True)]
+        sensor = Position(sd=runs.sd, axes=runs.axes)
+        return IMM(motions, sensor, found.transition, mode_probability=np.full(len(motions), 1 / len(motions)))
+
+    return make
+
+
+def _dated(rules: FuzzyRules) -> FuzzyRules:
+    assert rules.trained is not None
+    return replace(rules, trained=replace(rules.trained, version=VERSION))
 
 
 def _fuzzy(table: FuzzyRules) -> FuzzyNoise:

@@ -35,6 +35,7 @@ TRAINERS: dict[str, Trainer] = {
     "lee-2003-best": lee.with_transition("lee-2003", 3, 2),
     "lee-2003-best-constants": lee.with_transition("lee-2003", 3, 1),
     "fuzzy-kalman": lee.with_transition("random-accelerations", 1, 6),
+    "fuzzy-imm-along": lee.along_track(2, (0.02, 100.0)),
     **TITI,
     "nn-kf": titi_guney.fed_by_history("network", "innovations", **NETWORK),
     "anfis-kf": titi_guney.fed_by_history("anfis", "sums", **ANFIS["sums"]),

@@ -57,7 +57,7 @@ const theme = { bins: 24 };
 function readTheme() {
   const style = getComputedStyle(document.documentElement);
   const get = (name) => style.getPropertyValue(`--${name}`).trim();
-  for (const name of ["panel", "ink", "muted", "line", "grid", "accent", "second", "dot", "warn", "halo", "coast", "border", "lake"]) theme[name] = get(name);
+  for (const name of ["panel", "ink", "muted", "line", "grid", "accent", "second", "dot", "warn", "halo", "coast", "border", "lake", "good", "clutter"]) theme[name] = get(name);
   theme.modes = Array.from({ length: 8 }, (_, i) => get(`mode-${i}`));
   const stops = [0, 1, 2].map((i) => hexToRgb(get(`ramp-${i}`)));
   theme.ramp = Array.from({ length: theme.bins }, (_, i) => {

@@ -19,6 +19,7 @@ function curvePanel(entry, arrays, tracks) {
     ...entry,
     keys: () => (curves.length > 1 ? curves.map((curve, c) => [curve.label, names[c]]) : []),
     scale(p, a, b) {
+      if (entry.quantity === "probability") return void ([p.low, p.high] = [0, 1.02]);
       [p.low, p.high] = valueRange(curves, tracks, a, b, FLOORS[entry.quantity] || 1e-9);
       if (entry.quantity === "course") ({ low: p.low, high: p.high, shifts } = courseRange([p.low, p.high]));
     },

@@ -18,7 +18,14 @@ class PlanView {
     this.tip = document.getElementById("tip");
     this.measure = new Measure(this);
     this.overlays = [];
+    this.under = []; // what is drawn below the tracks
     listenToPlan(this);
+  }
+
+  // Only targets of which `wanted(t)` is true are drawn and chosen; the others have no place.
+  show(wanted) {
+    this.boxes = this.bounds().map((box, t) => (wanted(t) ? box : NO_BOX));
+    this.surface.schedule();
   }
 
   px(x) { return this.surface.width / 2 + (x - this.view.x) * this.view.k * this.view.aspect; }
@@ -165,6 +172,7 @@ class PlanView {
   drawTracks(ctx) {
     const { tracks, boxes } = this;
     const { first, names } = tracks;
+    for (const layer of this.under) layer.draw(ctx);
     const seen = names.map((_, t) => t).filter((t) => t !== this.chosen && this.visible(boxes[t]));
     const rows = seen.reduce((sum, t) => sum + first[t + 1] - first[t], 0);
     ctx.fillStyle = theme.dot;

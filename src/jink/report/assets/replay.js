@@ -75,7 +75,7 @@ class Replay {
   place(t) {
     const { first, time, start, fresh, X, Y } = this.tracks;
     const at = this.moment - start[t], from = first[t], to = first[t + 1];
-    if (to <= from || at < time[from] || at > time[to - 1]) return null;
+    if (this.plan.boxes[t] === NO_BOX || to <= from || at < time[from] || at > time[to - 1]) return null;
     const row = lastAtMost(time, at, from, to);
     if (row + 1 >= to) return [row, X[row], Y[row]];
     if (fresh[row + 1]) return null;
@@ -138,7 +138,7 @@ class Names {
       let end = first[t + 1] - 1;
       while (end > first[t] && X[end] !== X[end]) end--;
       return [t, plan.px(X[end]), plan.py(Y[end])];
-    }));
+    }).filter(([t]) => plan.boxes[t] !== NO_BOX));
   }
 }
 

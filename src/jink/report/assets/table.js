@@ -58,7 +58,7 @@ class SortableTable {
     const sign = this.sorted.descending ? -1 : 1;
     const wanted = this.filter.toLowerCase();
     const rows = [];
-    for (let i = 0; i < names.length; i++) if (!wanted || names[i].toLowerCase().includes(wanted)) rows.push(i);
+    for (let i = 0; i < names.length; i++) if ((!this.only || this.only(i)) && (!wanted || names[i].toLowerCase().includes(wanted))) rows.push(i);
     const collator = new Intl.Collator("en");
     const known = (v) => v !== null && v === v;
     rows.sort((a, b) => {

@@ -2,6 +2,11 @@
 
 const byId = (id) => document.getElementById(id);
 
+// Rows that are drawn dotted: nothing is measured for long, or the track is not confirmed.
+function loose({ coasting, tentative }) {
+  return tentative ? coasting.map((c, i) => c | tentative[i]) : coasting;
+}
+
 function makeTracks(meta, arrays) {
   const n = arrays.time.length, T = meta.targets.name.length;
   const first = Int32Array.from(arrays.first);
@@ -17,13 +22,13 @@ function makeTracks(meta, arrays) {
   const manoeuvring = (i) => (arrays.manoeuvring[i] === 255 ? NaN : arrays.manoeuvring[i] / 254);
   const tracks = {
     meta, arrays, first, X, Y, MX, MY, manoeuvring, world: makeWorld(arrays), names: meta.targets.name, time: arrays.time, start: arrays.start,
-    status: arrays.status, fresh: arrays.fresh, coasting: arrays.coasting,
+    status: arrays.status, fresh: arrays.fresh, coasting: loose(arrays),
     updated: arrays.status.map((code) => Number(code === meta.statuses.indexOf("updated"))),
   };
   tracks.panels = makePanels(meta, arrays, tracks);
   tracks.describe = (target, row, system) => {
     const lines = [formatTime(tracks.start[target] + tracks.time[row], meta.clock, { date: true, step: meta.clock ? 1 : 0.1 })];
-    for (const panel of tracks.panels.filter((p) => ["speed", "course", "height", "turn_rate"].includes(p.key))) {
+    for (const panel of tracks.panels.filter((p) => ["existence", "speed", "course", "height", "turn_rate"].includes(p.key))) {
       lines.push(`${panel.title.split(",")[0]}  ${panel.read(row, system)}`);
     }
     lines.push(`Manoeuvring  ${formatShare(manoeuvring(row))}`, `Status  ${meta.statuses[tracks.status[row]]}`);
@@ -46,6 +51,11 @@ function colourings(meta, arrays, tracks) {
     const share = (i) => (high > low ? (values[i] - low) / (high - low) : 0);
     ways.push({ name: panel.title.toLowerCase(), share, low: label(low), high: label(high) });
   }
+  const existence = meta.panels.find((p) => p.key === "existence");
+  if (existence) {
+    const values = arrays[existence.curves[0].value];
+    ways.push({ name: "existence", share: (i) => values[i], low: () => "0", high: () => "1" });
+  }
   return ways;
 }
 
@@ -66,6 +76,7 @@ function tableColumns(meta, system) {
     { title: "Target", values: t.name, text: (i) => t.name[i] },
     { title: "Duration", values: t.duration, numeric: true, text: (i) => formatDuration(t.duration[i]) },
     { title: "Rows", values: t.rows, numeric: true, text: (i) => groupThousands(String(t.rows[i])) },
+    ...(meta.sky ? [share("Existence", t.existence, "Mean probability over its rows that there is a target", { meter: true })] : []),
     share("Manoeuvring", t.manoeuvring, "Share of rows with a manoeuvre probability above one half", { meter: true }),
     measured("Max speed", t.max_speed, "speed", "Among rows whose sd has settled"),
     measured("Max turn", t.max_turn_rate, "turn_rate", "Among rows whose sd has settled"),
@@ -122,7 +133,14 @@ class TracksPage {
     this.wire();
     this.colour();
     this.open();
+    if (meta.sky) this.showSky();
     window.jinkPage = pageHandle(tracks, this.plan, this.charts, this.replay);
+  }
+
+  showSky() {
+    const { meta, tracks, plan, replay } = this;
+    plan.overlays.unshift(new SkyLayers(plan, tracks, tracks.arrays, byId("layers")).over(replay));
+    if (meta.sky.series) chooseSeries(this, tracks.arrays, meta);
   }
 
   // What the address names, else the target that manoeuvred longest, with all targets in view.

@@ -1,0 +1,93 @@
+"""What `manoeuvring` and `segment` say of tracks whose accelerations are known."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import polars as pl
+import pytest
+from numpy.testing import assert_array_equal
+from scipy.stats import ncx2
+
+import jink
+from jink.catalogue.targets import KINDS
+from jink.io.errors import InputError
+from jink.tracking.manoeuvring import GRAVITY, Segments, exceeds
+
+TURN = slice(150, 210)  # s
+CLIMB = slice(300, 330)
+
+
+def flight(g: float, climb_g: float = 0.0, sd: float = 5.0, seed: int = 1) -> pl.DataFrame:
+    """200 m/s for 450 s, one row a second: a turn of so many g, later a pull-up of so many g."""
+    rng, time = np.random.default_rng(seed), np.arange(450.0)
+    rate = np.zeros(450)
+    rate[TURN] = g * GRAVITY / 200.0
+    course = np.cumsum(rate)
+    up = np.zeros(450)
+    up[CLIMB] = climb_g * GRAVITY
+    z = 3000.0 + np.cumsum(np.cumsum(up))
+    x, y = 200.0 * np.cumsum(np.cos(course)), 200.0 * np.cumsum(np.sin(course))
+    seen = [values + rng.normal(0, sd, 450) for values in (x, y, z)]
+    return pl.DataFrame({"target": "a", "time": time, "x": seen[0], "y": seen[1], "z": seen[2]})
+
+
+@pytest.mark.parametrize("dimensions, error", [(1, 1e-3), (2, 0.02)])
+def test_the_probability_beyond_a_threshold_is_that_of_noncentral_chi_square(dimensions, error):
+    rng = np.random.default_rng(0)
+    mean, variance = rng.uniform(0, 2, 2000), 10.0 ** rng.uniform(-4, 1, 2000)
+    wanted = ncx2.sf(0.5**2 / variance, dimensions, mean**2 / variance)
+    assert np.nanmax(np.abs(exceeds(mean, variance, 0.5, dimensions) - wanted)) < error
+
+
+def test_a_turn_manoeuvres_in_the_plane_and_a_climb_in_the_vertical():
+    tracks = jink.track(flight(0.15, 0.1), smooth=True, sensor_sd={"position": 5.0, "z": 5.0})
+    level, up = tracks["manoeuvring"].to_numpy(), tracks["manoeuvring_vertical"].to_numpy()
+    assert level[TURN][5:-5].min() > 0.9 and up[TURN][5:-5].max() < 0.3
+    assert up[CLIMB][5:-5].min() > 0.9 and level[CLIMB][5:-5].max() < 0.3
+    assert tracks["segment"][-1] == 2 and tracks["segment"][180] == 1
+
+
+def test_the_threshold_is_the_kind_s_or_the_one_that_is_asked_for():
+    data = flight(0.15)
+    options = {"smooth": True, "sensor_sd": 5.0}
+    usual = jink.track(data, **options)["manoeuvring"].to_numpy()
+    same = jink.track(data, manoeuvre_g=KINDS["aircraft"].manoeuvre_g[0], **options)["manoeuvring"].to_numpy()
+    higher = jink.track(data, manoeuvre_g=0.3, **options)["manoeuvring"].to_numpy()
+    assert_array_equal(usual, same)
+    assert usual[180] > 0.9 > 0.1 > higher[180]
+    with pytest.raises(InputError, match="manoeuvre_g is 0"):
+        jink.track(data, manoeuvre_g=0.0)
+
+
+def test_noise_of_a_poor_radar_is_no_manoeuvre():
+    data = pl.concat([flight(0.0, sd=100.0, seed=k).with_columns(target=pl.lit(str(k))) for k in range(20)])
+    tracks = jink.track(data.filter(pl.col("time") % 10 == 0), sensor_sd={"position": 100.0, "z": 100.0})
+    # mean share of rows above one half: 0.05 of rows at most, of 900 rows that are correlated over some ten each
+    assert (tracks["manoeuvring"] > 0.5).mean() < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 90)
+
+
+def test_rows_one_by_one_and_in_pieces_have_the_same_segments():
+    rng = np.random.default_rng(5)
+    probability = np.clip(0.5 + 0.4 * np.sin(np.arange(400) / 7.0) + rng.normal(0, 0.2, 400), 0, 1)
+    time, new = np.cumsum(rng.uniform(0.5, 2.0, 400)), np.arange(400) == 0
+    whole = Segments(4.0).numbers(probability, time, new)
+    one_by_one = Segments(4.0)
+    assert_array_equal(whole, [one_by_one.next(p, t, n) for p, t, n in zip(probability, time, new, strict=True)])
+    assert whole[-1] > 5
+    for back in (False, True):
+        whole, cut, ahead = Segments(4.0, back).numbers(probability, time, new), Segments(4.0, back), 12
+        got = []
+        for a, b in pairwise([0, 57, 58, 200, 333, 400]):
+            some, more = slice(a, min(b + ahead, 400)), min(ahead, 400 - b)
+            got.append(cut.numbers(probability[some], time[some], new[some], more))
+        assert_array_equal(whole, np.concatenate(got))
+
+
+def test_a_stretch_that_does_not_last_is_none():
+    probability = np.r_[np.zeros(10), np.ones(3), np.zeros(10), np.ones(10), np.zeros(10)]
+    time, new = np.arange(43.0), np.arange(43) == 0
+    late, back = (Segments(4.0, back).numbers(probability, time, new) for back in (False, True))
+    assert_array_equal(np.flatnonzero(np.diff(late)) + 1, [27, 37])
+    assert_array_equal(np.flatnonzero(np.diff(back)) + 1, [23, 33])
