@@ -72,7 +72,7 @@ LEARNED = (FuzzyRules, NoiseNetwork, ModeNetwork, Network, Anfis, Corrector, Tra
 SETTINGS = (Coasting, Outliers, TwoPoint, OnePoint, Prior, Sojourn)
 KINDS: dict[str, type] = {**MOTIONS, **SENSORS, **{c.__name__: c for c in (*SETTINGS, *ADAPTIVE, *LEARNED)}}
 NAMED = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
-RUN = ("motions", "quiet", "manoeuvring", "sensor")  # models, which a filter checks itself
+RUN = ("motions", "quiet", "manoeuvring", "sensor", "transition")  # what a filter checks itself
 WRONG = (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError)  # what bad parts end in
 
 
