@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,9 +12,10 @@ from numpy.typing import ArrayLike
 from .._engine import native
 from ..checks import Array, covariance, numbers, positive, probability, thread_count, whole
 from ..estimate import Estimate
+from ..filters.bank import Bank
 from ..filters.rows import indices, row_noise
 from ..models.radar import Radar
-from ..times import moment, seconds
+from ..times import Time, moment, seconds
 from .batch import run_table
 from .detection import Detections
 from .extent import Extent
@@ -22,6 +24,7 @@ from .lagged import Laggards
 from .picture import Picture
 from .rules import association_called, check_filter, named_radars
 
+F = TypeVar("F")  # a DataFrame of any library
 SPEED_SD = 150.0  # m/s, of a target's velocity before anything is known of it
 
 
@@ -41,8 +44,8 @@ class Tracker:
 
     def __init__(
         self,
-        filter: Any,
-        sensors: Any = None,
+        filter: Bank,
+        sensors: Radar | Sequence[Radar] | Mapping[str, Radar] | None = None,
         *,
         new_per_hour: float | None = None,
         targets: float | None = None,
@@ -78,14 +81,15 @@ class Tracker:
 
     def _declared(self, speed_sd: float) -> native.Declaration:
         """The filter's declaration without what existence replaces: its gate, restart, coast and two-point start."""
+        assert self.filter.declaration is not None  # check_filter looked
         d = native.Declaration(self.filter.declaration)
-        own = list(self.filter.sensors)
+        own: list[Any] = list(self.filter.sensors)
         models = [radar.measures() for radar in self.radars.values()]
         if len(models) > len(own) and any(m is None for m in models):
             raise ValueError(
                 "sensors: the filter has fewer sensors than there are radars; say what each radar measures"
             )
-        given = [own[k] if model is None else model for k, model in enumerate(models)]
+        given: list[Any] = [own[k] if model is None else model for k, model in enumerate(models)]
         for name, model in zip(self.radars, given, strict=True):
             if not hasattr(model, "native"):
                 raise ValueError(f"sensors: {name} measures with a model of your own; expected one of jink's sensors")
@@ -125,7 +129,7 @@ class Tracker:
         self._extents = [Extent() for _ in views]
         self._detections = [Detections() for _ in views]
 
-    def add(self, time: Any, x: ArrayLike, P: ArrayLike, existence: float = 0.999) -> int:
+    def add(self, time: Time, x: ArrayLike, P: ArrayLike, existence: float = 0.999) -> int:
         """A target that is known to be there: mean x and covariance P in ``filter.components``. Returns its id."""
         n = len(self.filter.components)
         mean = np.ascontiguousarray(numbers("x", x).reshape(-1))
@@ -135,7 +139,7 @@ class Tracker:
 
     def scan(
         self,
-        time: Any,
+        time: Time,
         plots: ArrayLike,
         sensor: str | None = None,
         *,
@@ -273,7 +277,7 @@ class Tracker:
             report=report,
         )
 
-    def run(self, data: Any, smooth: bool = False) -> Any:
+    def run(self, data: F, smooth: bool = False) -> F:
         """Every scan of a DataFrame with `time` and the sensor's components: see :func:`run_table` in ``batch.py``.
 
         smooth: every estimate uses its whole track, and all plots by their weights.

@@ -24,6 +24,7 @@ from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.projections import with_grid
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
+from .foretold import foretells_badly
 from .lag import Lag
 from .manoeuvring import Manoeuvres, told
 from .noise_level import parse_sensor_sd
@@ -93,7 +94,7 @@ class Options(TypedDict, total=False):
     azimuth_from: Literal["north", "east", "grid"] | None
     crs: str | None
     threads: int | None
-    anonymous: bool | Mapping[str, Any]
+    anonymous: bool | Mapping[str, object]
     velocity: bool
     keep: Sequence[str] | None
     every: float | str | None
@@ -251,6 +252,8 @@ def run(
     found, hopeless = findings(seen, tracked.summary["noise"], settings.kind, tracked.summary["consistency"])
     if hopeless and settings.check:
         raise InputError(implausible(found, tracked.summary["targets"]))
+    if settings.filter is not None and settings.smoothing is None:
+        found += foretells_badly(measured)
     tracked.summary["warnings"] = as_dicts(found, tracked.summary["targets"])
     return at_even_times(tracked, settings)
 

@@ -26,7 +26,7 @@ from ..io.loading import Reading
 from ..io.projections import with_grid
 from ..io.writing import plain_times
 from ..models.provenance import VERSION
-from ..times import moment
+from ..times import Time, moment
 from .lag import Lag
 from .live import LiveTracks
 from .live_targets import Followed
@@ -39,7 +39,6 @@ from .prepare import Settings, sites_of
 LATEST = 9e12  # seconds; microseconds are whole numbers of 64 bits
 Value = float | int | str | bool | None
 Row = dict[str, Value]
-Time = float | str | datetime | np.datetime64
 
 MAGIC = b"jink live tracker 1\n"
 REJECTED = 1000  # rejected rows that are kept
@@ -119,7 +118,7 @@ class LiveTracker:
         rows = self.update_many([{"target": target, "time": time, **measured}])
         return rows[-1] if rows else None
 
-    def update_many(self, rows: Iterable[Mapping[str, Any]]) -> list[Row]:
+    def update_many(self, rows: Iterable[Mapping[str, Value | datetime | np.datetime64]]) -> list[Row]:
         """Rows that have come together, each a mapping with target, time and position; the estimates, in order."""
         lines = [_line(row) for row in items("rows", rows, "mappings with target, time and position")]
         estimates, rejected = self._tracks.take(lines)
