@@ -269,6 +269,13 @@ void bind_live(nb::module_ &module, nb::class_<Engine> &engine) {
         .def_prop_ro("nis", [](const Estimate &e) { return e.outcome.scored ? e.outcome.nis : NAN; })
         .def_prop_ro("nis_dof", [](const Estimate &e) { return e.outcome.scored ? e.outcome.dof : 0.0; })
         .def_prop_ro("status", [](const Estimate &e) { return status_name(e.status); })
+        .def_prop_ro("doubt", [](const Estimate &e) { return e.doubt; }, "Probability that the measurement is an outlier, where the next one decides; else 0.")
+        .def_prop_ro("decided",
+                     [](const Estimate &e) -> nb::object {
+                         if (!e.outcome.decided) return nb::none();
+                         return nb::str(status_name(e.outcome.upheld ? Status::updated : Status::gated));
+                     },
+                     nb::sig("def decided(self) -> str | None"), "The status of the measurement before, if that was in doubt until now.")
         .def_prop_ro("components",
                      [](const Estimate &e) {
                          nb::list names;

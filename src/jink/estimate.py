@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any, Literal, Protocol, overload
+from typing import TYPE_CHECKING, Any, Literal, Protocol, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from .checks import numbers
 from .frame_of import frame_of, html_of
 from .times import duration
+
+if TYPE_CHECKING:
+    import pandas  # pyright: ignore[reportMissingImports, reportMissingModuleSource]
+    import polars
+    import pyarrow  # pyright: ignore[reportMissingImports]
 
 
 class Status(IntEnum):
@@ -135,6 +140,12 @@ class Estimate:
         bounds = zip(source.offsets[:-1], source.offsets[1:], strict=True)
         return source.at([_grid(source.time[first:end], every) for first, end in bounds])
 
+    @overload
+    def to_frame(self, backend: Literal["polars"] = "polars") -> polars.DataFrame: ...
+    @overload
+    def to_frame(self, backend: Literal["pandas"]) -> pandas.DataFrame: ...
+    @overload
+    def to_frame(self, backend: Literal["pyarrow"]) -> pyarrow.Table: ...
     def to_frame(self, backend: Literal["polars", "pandas", "pyarrow"] = "polars") -> Any:
         """A DataFrame: target, time, each component and its sd, mode probabilities, manoeuvring, NIS and status.
 

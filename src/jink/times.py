@@ -6,6 +6,8 @@ from datetime import UTC, datetime
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+Time = float | str | datetime | np.datetime64  # of one row
+
 
 def seconds(time: ArrayLike | datetime) -> NDArray[np.float64] | float:
     """Seconds of a time or an array of times; dates count from 1970-01-01 UTC.

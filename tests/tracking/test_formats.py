@@ -138,7 +138,7 @@ def test_a_folder_stands_for_the_files_in_it(tmp_path):
     assert any("map.png is an image" in note for note in summary["notes"])
     (tmp_path / "only").mkdir()
     (tmp_path / "only" / "map.png").write_bytes(b"\x89PNG")
-    with pytest.raises(InputError, match="no file of the folder can be read"):
+    with pytest.raises(InputError, match="no file of the folder or archive can be read"):
         jink.track(tmp_path / "only")
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from ..checks import unknown, with_attributes
 from ..filters.axis_by_axis import of_one_axis, on_axes
 from ..filters.imm import IMM
-from ..filters.loading import load
+from ..filters.loading import AnyFilter, load
 from ..io.errors import InputError
 from ..models.outliers import Outliers
 from ..models.sensor import Polar, Position, PositionVelocity, Sensor
@@ -40,10 +40,10 @@ def choose_filter(
     components: Sequence[str],
     sd: Mapping[str, float],
     kind: str,
-    filter: Any,
+    filter: str | AnyFilter | None,
     gap: float = 0.0,
     interval: float = 1.0,
-) -> Any:
+) -> AnyFilter:
     """A filter for measured `components` (x, y, altitude, ...) of typical `sd`s.
 
     `filter` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a

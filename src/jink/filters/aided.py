@@ -48,7 +48,7 @@ class Aided(Bank):
         self.declaration.aid = _native(corrector)
         self.engine = native.Engine(self.declaration)
 
-    def described(self) -> dict[str, Any]:
+    def described(self) -> dict[str, object]:
         """The filter under the aid, and the aid."""
         return {"filter": "Aided", "of": self.filter_.described(), "corrector": plain(self.corrector)}
 

@@ -16,10 +16,11 @@ from ..checks import Array, items, thread_count, whole
 from ..estimate import Estimate
 from ..io.stages import stage
 from ..models.coasting import Coasting
-from ..models.motion import component_names, mode_names
+from ..models.motion import AnyMotion, component_names, mode_names
 from ..models.non_manoeuvring import non_manoeuvring_modes
 from ..models.observed import Observed
 from ..models.outliers import Outliers
+from ..models.sensor import AnySensor
 from ..models.start import OnePoint, Prior, TwoPoint
 from .live import LiveBatch, LiveTarget
 from .parts import Parts, is_fixed, native_mode
@@ -37,20 +38,20 @@ MOST_TARGETS = 2**31 - 1  # live at once: the engine numbers them
 class Bank:
     """Runs ``motions`` on ``sensor``; the named filters say how they interact."""
 
-    motions: tuple[Any, ...]
-    sensors: tuple[Any, ...]
+    motions: tuple[AnyMotion, ...]
+    sensors: tuple[AnySensor, ...]
     outliers: Outliers | None
     initial: TwoPoint | OnePoint | Prior
     coast: float | None
-    fitted: dict[str, Any] = {}  # noqa: RUF012 # of a filter read from a file: what the file says it was fitted on
+    fitted: dict[str, object] = {}  # noqa: RUF012 # of a filter read from a file: what the file says it was fitted on
     not_smoothed: str = ""  # why there is no smoother, if there is none
     arguments: ClassVar[tuple[str, ...]]  # what a file holds of it beside motion models and sensors
     engine: Any  # runs it: native, or stepwise for models of your own
     declaration: native.Declaration | None = None  # what the native engine was made from
 
-    _given: tuple[tuple[Any, ...], dict[str, Any]]  # what it was made of
+    _given: tuple[tuple[object, ...], dict[str, object]]  # what it was made of
 
-    def __new__(cls, *args: Any, **options: Any) -> Self:
+    def __new__(cls, *args: object, **options: object) -> Self:
         """Keep the arguments: a copy or a pickle is made of them again."""
         made = super().__new__(cls)
         made._given = args, options
@@ -150,7 +151,8 @@ class Bank:
                 f"{type(self).__name__} has none; expected estimated=False"
             )
         declaration.modes = modes
-        declaration.sensors = [s.native(self.outliers) for s in self.sensors]
+        sensors: tuple[Any, ...] = self.sensors
+        declaration.sensors = [s.native(self.outliers) for s in sensors]
         if parts is not None:
             parts.into(declaration, self.axes)
         self.declaration = declaration
@@ -161,6 +163,8 @@ class Bank:
 
         if getattr(self, "coasting", None) is not None:
             raise TypeError("coasting: works on jink's own motion and sensor models, not beside models of your own")
+        if self.outliers is not None and self.outliers.hindsight:
+            raise TypeError("outliers: expected hindsight=False beside motion and sensor models of your own")
         for motion in self.motions:
             if hasattr(motion, "native") and not is_fixed(native_mode(motion, self.axes)):
                 raise TypeError(
@@ -174,8 +178,8 @@ class Bank:
     def axes(self) -> int:
         """Number of space axes: the sensors', or as many as your own model has positions."""
         for sensor in self.sensors:
-            if getattr(sensor, "axes", None):
-                return int(sensor.axes or 2)
+            if axes := getattr(sensor, "axes", None):
+                return int(axes)
         named = [set(getattr(m, "components", ())) & {"px", "py", "pz"} for m in self.motions]
         return max(map(len, named)) or 2
 
@@ -334,18 +338,18 @@ class Bank:
     def _estimate(self, results: dict[str, Any]) -> Estimate:
         return Estimate(self.components, self.modes, results, self.non_manoeuvring)
 
-    def described(self) -> dict[str, Any]:
+    def described(self) -> dict[str, object]:
         """The filter as JSON holds it: its class, its models, and those of its ``arguments`` that are not None.
 
         Errors: TypeError for a model of your own whose class or fields a file cannot hold.
         """
-        body: dict[str, Any] = {"filter": type(self).__name__}
+        body: dict[str, object] = {"filter": type(self).__name__}
         body["motions"] = [plain(m) for m in self.motions]
         body["sensors"] = [plain(s) for s in self.sensors]
         given = {name: plain(getattr(self, name)) for name in self.arguments}
         return body | {name: value for name, value in given.items() if value is not None}
 
-    def save(self, path: str | os.PathLike[str], **more: Any) -> None:
+    def save(self, path: str | os.PathLike[str], **more: object) -> None:
         """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read.
 
         ``more`` is kept in the file as well. Of a model of your own it holds the module and name of the class and its
@@ -403,7 +407,7 @@ class Bank:
         return Estimate(self.components, self.modes, results, self.non_manoeuvring, source=source)
 
 
-def _made_again(kind: type[Bank], args: tuple[Any, ...], options: dict[str, Any], fitted: dict[str, Any]) -> Bank:
+def _made_again(kind: type[Bank], args: tuple[Any, ...], options: dict[str, Any], fitted: dict[str, object]) -> Bank:
     """A filter from its arguments."""
     filter = kind(*args, **options)
     if fitted:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from .._engine import native
 from ..checks import rare, whole
+from ..models.motion import AnyMotion
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
@@ -33,7 +32,7 @@ class InputEstimation(Bank):
 
     def __init__(
         self,
-        motion: Any,
+        motion: AnyMotion,
         sensor: Sensor,
         *,
         window: int = 8,

@@ -58,6 +58,16 @@ class LiveEstimate(Protocol):
         ...
 
     @property
+    def doubt(self) -> float:
+        """Probability that the measurement is an outlier, where the next one decides; else 0."""
+        ...
+
+    @property
+    def decided(self) -> str | None:
+        """The status of the measurement before, if it was in doubt until now: updated or gated."""
+        ...
+
+    @property
     def components(self) -> tuple[str, ...]:
         """Names of x."""
         ...

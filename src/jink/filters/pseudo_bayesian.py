@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Literal
 
 from numpy.typing import ArrayLike
 
 from .._engine import native
 from ..checks import items
+from ..models.motion import AnyMotion
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
@@ -60,7 +61,7 @@ class StaticMM(IMM):
 
     def __init__(
         self,
-        motions: Sequence[Any],
+        motions: Sequence[AnyMotion],
         sensor: Sensor | Sequence[Sensor],
         *,
         mode_probability: ArrayLike | None = None,

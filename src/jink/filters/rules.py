@@ -49,6 +49,7 @@ def declared_rules(
     declaration.unscented, declaration.unbiased_mixing = linearisation == "ukf", mixing == "unbiased"
     if outliers is not None:
         declaration.outlier_share, declaration.restart_after = outliers.share, int(outliers.restart_after)
+        declaration.hindsight = bool(outliers.hindsight)
     declaration.coast = 0.0 if coast is None else positive("coast", coast)
     if coasting is not None:
         if not isinstance(coasting, Coasting):

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, pi
-from typing import Any
 
 import numpy as np
 
 from ..checks import PerAxis, numbers, positive, probability
-from .sensor import Polar, Position
+from .sensor import Polar, Position, Sensor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +30,7 @@ class Radar:
     sd: PerAxis | None = None
     range_sd: float | None = None
     azimuth_sd: float | None = None
-    sensor: Any = None
+    sensor: Sensor | None = None
     site: Sequence[float] = (0.0, 0.0)
     detection: float = 0.9
     clutter_per_scan: float | None = None
@@ -66,7 +65,7 @@ class Radar:
             raise ValueError("Radar: expected both range_sd and azimuth_sd")
         self.measures()
 
-    def measures(self) -> Any:
+    def measures(self) -> Sensor | None:
         """The sensor model, or None where the filter's own counts."""
         if self.sd is not None:
             return Position(sd=self.sd)

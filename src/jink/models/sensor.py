@@ -380,5 +380,6 @@ class OwnSensor(Protocol):
 
 
 Sensor = Position | PositionVelocity | Bearing | Polar
+AnySensor = Sensor | OwnSensor  # what a filter takes
 
 SENSORS: dict[str, type] = {s.__name__: s for s in (Position, PositionVelocity, Bearing, Polar)}

@@ -40,6 +40,9 @@ class Sojourn:
         return np.asarray(rates)[:, None] * (to - np.eye(modes)) if modes > 1 else np.zeros((1, 1))
 
 
+Transition = ArrayLike | Sojourn  # a stay probability, a matrix per scan, or a chain in continuous time
+
+
 def transition_rule(transition: object, step: float | None, modes: int) -> tuple[bool, Array]:
     """(continuous, matrix): a row-stochastic matrix per scan, or the generator of a continuous-time chain.
 

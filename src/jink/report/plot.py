@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from ..compare.result import Race
 from ..tracking.batch import Tracked
@@ -34,7 +33,7 @@ class Page:
         return f"Page({len(self.html) / 1e6:.2f} MB of HTML; save(path) writes it)"
 
 
-def plot(what: object, *, title: str | None = None, summary: Mapping[str, Any] | None = None) -> Page:
+def plot(what: object, *, title: str | None = None, summary: Mapping[str, object] | None = None) -> Page:
     """The page of tracks, or of a race.
 
     what: a DataFrame that :func:`jink.track` returned (polars, pandas, PyArrow), what it returned with

@@ -26,7 +26,8 @@ from ..io.loading import Reading
 from ..io.projections import with_grid
 from ..io.writing import plain_times
 from ..models.provenance import VERSION
-from ..times import moment
+from ..times import Time, moment
+from .lag import Lag
 from .live import LiveTracks
 from .live_targets import Followed
 from .manoeuvring import told
@@ -38,7 +39,6 @@ from .prepare import Settings, sites_of
 LATEST = 9e12  # seconds; microseconds are whole numbers of 64 bits
 Value = float | int | str | bool | None
 Row = dict[str, Value]
-Time = float | str | datetime | np.datetime64
 
 MAGIC = b"jink live tracker 1\n"
 REJECTED = 1000  # rejected rows that are kept
@@ -51,7 +51,8 @@ class LiveTracker:
     per component; site: latitude, longitude and altitude of a radar; gap (s): without a position for longer a target is
     forgotten, and begins a new part when it comes back (0: never). columns, altitude_unit, time_unit, axes,
     azimuth_from, crs and manoeuvre_g as for :func:`jink.track`. The measurement noise is the usual one of the kind
-    unless sensor_sd says otherwise. Errors: InputError (a ValueError).
+    unless sensor_sd says otherwise. lag: rows have columns ``lagged_…`` too, where the target was so many of its rows
+    ago by all that came since; of a loaded state they know the rows since alone. Errors: InputError (a ValueError).
     """
 
     def __init__(
@@ -69,6 +70,7 @@ class LiveTracker:
         azimuth_from: Literal["north", "east", "grid"] | None = None,
         crs: str | None = None,
         manoeuvre_g: float | None = None,
+        lag: int | None = None,
     ) -> None:
         alone, sites = sites_of({} if site is None else {"": site})
         settings = Settings(
@@ -79,6 +81,7 @@ class LiveTracker:
             sites=sites,
             gap=gap,
             manoeuvre_g=manoeuvre_g,
+            lag=Lag.of(lag),
         )
         conventions = with_grid(Conventions(None, None, None, axes, azimuth_from, crs), alone, bool(sites))
         reading = Reading(columns, altitude_unit, time_unit, True, conventions, None)
@@ -115,7 +118,7 @@ class LiveTracker:
         rows = self.update_many([{"target": target, "time": time, **measured}])
         return rows[-1] if rows else None
 
-    def update_many(self, rows: Iterable[Mapping[str, Any]]) -> list[Row]:
+    def update_many(self, rows: Iterable[Mapping[str, Value | datetime | np.datetime64]]) -> list[Row]:
         """Rows that have come together, each a mapping with target, time and position; the estimates, in order."""
         lines = [_line(row) for row in items("rows", rows, "mappings with target, time and position")]
         estimates, rejected = self._tracks.take(lines)

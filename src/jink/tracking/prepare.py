@@ -28,7 +28,9 @@ from .held_out import Used
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
+from .seen_by_radar import with_lines_of_sight
 from .several_sites import to_the_map
+from .unknown_height import TargetHeight, height_of, on_the_ground
 
 EVIDENCE = 1_000_000  # rows that tell what holds for all targets of a larger table
 
@@ -60,6 +62,7 @@ class Settings:
     velocity: bool = True
     every: float | None = None
     manoeuvre_g: float | None = None
+    target_height: TargetHeight | None = None
     sites: dict[str, SiteFrame] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -178,7 +181,23 @@ def prepare(measurements: Measurements, settings: Settings, known: Known | None 
     site = None if measurements.position == "geographic" else settings.site
     named = "source" in measurements.named
     placed = place(cleaned.rows, measurements.position, site, axes_of(settings.filter), named)
+    placed = _without_heights(placed, measurements, settings)
+    if settings.site is not None:
+        placed = [with_lines_of_sight(each, settings.site) for each in placed]
     return Prepared(cleaned, pace, [_group(each, pace, settings, known) for each in placed])
+
+
+def _without_heights(placed: list[Placed], measurements: Measurements, settings: Settings) -> list[Placed]:
+    """Ranges of a radar whose targets have no height, along the ground; what that takes for granted is noted."""
+    some = [k for k, each in enumerate(placed) if each.components == ("range", "azimuth")]
+    if not some:
+        return placed
+    name, others = measurements.named.get("range", ""), len(some) < len(placed)
+    height, words = height_of(settings.target_height, settings.kind, name, others)
+    measurements.notes += [words] if words and words not in measurements.notes else []
+    if height.is_ground:
+        return placed
+    return [on_the_ground(each, height) if k in some else each for k, each in enumerate(placed)]
 
 
 def evidence(rows: pl.DataFrame) -> pl.DataFrame | None:
