@@ -195,7 +195,7 @@ def by_hints(function: Callable[Given, Answer]) -> Callable[Given, Answer]:
 
 
 def _check_by_hint(name: str, hint: str, value: Any) -> None:
-    if value is None and "None" in hint:
+    if "None" in hint and value is None:
         return
     hint = hint.removesuffix(" | None")
     if hint in ("ArrayLike", "Array"):
