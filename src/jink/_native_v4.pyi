@@ -655,6 +655,14 @@ def marginals(
     Marginals of sparse association weights: of each edge, of each row without a plot, of each plot without a row, and sweeps.
     """
 
+def log_total(
+    begin: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    plot: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    psi: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    plots: int,
+) -> float:
+    """Logarithm of the sum over all assignments of the product of their weights."""
+
 def assign(
     begin: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
     plot: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
@@ -811,6 +819,10 @@ class ManyRules:
     @most_tracks.setter
     def most_tracks(self, arg: int, /) -> None: ...
     @property
+    def likelihood(self) -> bool: ...
+    @likelihood.setter
+    def likelihood(self, arg: bool, /) -> None: ...
+    @property
     def threads(self) -> int: ...
     @threads.setter
     def threads(self, arg: int, /) -> None: ...
@@ -829,6 +841,7 @@ class Many:
         times: object | None,
     ) -> dict: ...
     def tracks(self, least: float, covariance: bool) -> dict: ...
+    def taken(self, least: float) -> dict: ...
     def add(
         self,
         arg0: float,
