@@ -278,7 +278,7 @@ void bind_association(nb::module_ &module, nb::class_<Engine> &engine) {
         .def_ro("time", &Many::time)
         .def("living", [](const Many &many) { return many.pool.living(); })
         .def("save", save_state)
-        .def("restore", restore_state);
+        .def("restore", restore_state, "state"_a);
     engine.def("association", [](const Engine &e, const ManyRules &rules, const std::vector<SensorView> &sensors) { return new Many(e.pack, rules, sensors); },
                "rules"_a, "sensors"_a);
 }

@@ -42,6 +42,8 @@ class MotionKind(enum.Enum):
 
     statistical_along_track = 8
 
+    velocity_along_track = 9
+
 class NoiseKind(enum.Enum):
     """Process noise: constant over a step (sd), or white (psd)."""
 
@@ -170,6 +172,8 @@ class Mode:
     ) -> None: ...
     @property
     def kind(self) -> MotionKind: ...
+    @property
+    def noise(self) -> NoiseKind: ...
     @property
     def has_acceleration(self) -> bool: ...
     @property
@@ -446,6 +450,19 @@ def population_errors(
     result: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu")],
     threads: int,
 ) -> None: ...
+def candidate_errors(
+    engine: Engine,
+    numbers: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    time: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    offsets: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    truth: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    sums: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu")],
+    threads: int,
+) -> None:
+    """
+    Of one filter with many sets of numbers: squared errors per scan, and how many tracks they are of, into sums.
+    """
 
 class Figure(enum.Enum):
     """Which figure of a filter is differentiated."""
@@ -757,6 +774,18 @@ class ManyRules:
     def established(self) -> float: ...
     @established.setter
     def established(self, arg: float, /) -> None: ...
+    @property
+    def left(self) -> float: ...
+    @left.setter
+    def left(self, arg: float, /) -> None: ...
+    @property
+    def merge_within(self) -> float: ...
+    @merge_within.setter
+    def merge_within(self, arg: float, /) -> None: ...
+    @property
+    def merge_after(self) -> int: ...
+    @merge_after.setter
+    def merge_after(self, arg: int, /) -> None: ...
     @property
     def split(self) -> bool: ...
     @split.setter

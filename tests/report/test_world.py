@@ -5,7 +5,7 @@ import pytest
 
 from jink.report.arrays import ArrayBlock
 from jink.report.plan import plan_point
-from jink.report.world import _lines_within, add_world
+from jink.report.world import add_world, lines_within
 
 RADIUS = 6_371_008.8
 KM = 1000.0
@@ -25,7 +25,7 @@ def frame_at(latitude: float, longitude: float) -> dict[str, float]:
 )
 def test_a_coast_is_where_it_is(place, coast_near):
     frame = frame_at(*place)
-    kinds, lines = _lines_within(frame, np.array([-40 * KM, -40 * KM]), np.array([40 * KM, 40 * KM]))
+    kinds, lines = lines_within(frame, np.array([-40 * KM, -40 * KM]), np.array([40 * KM, 40 * KM]))
     coast = np.concatenate([line for kind, line in zip(kinds, lines, strict=True) if kind == 0])
     x, y = plan_point(frame, *coast_near)
     assert np.hypot(coast[:, 0] - x, coast[:, 1] - y).min() < 8 * KM  # vertices, not the line: kilometres apart
@@ -43,7 +43,7 @@ def test_no_frame_no_world():
 
 def test_lines_stay_near_their_box():
     low, high = np.array([-300 * KM, -200 * KM]), np.array([300 * KM, 200 * KM])
-    _, lines = _lines_within(frame_at(47.0, 8.0), low, high)
+    _, lines = lines_within(frame_at(47.0, 8.0), low, high)
     for line in lines:
         inside = ((line >= low - 500) & (line <= high + 500)).all(axis=1)
         assert inside[1:-1].all()

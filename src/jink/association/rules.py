@@ -22,7 +22,7 @@ ASSOCIATIONS: dict[str, native.Association] = {
 
 def association_called(name: str) -> native.Association:
     """The association of this name. Errors: ValueError that lists all names."""
-    if name not in ASSOCIATIONS:
+    if not isinstance(name, str) or name not in ASSOCIATIONS:
         raise ValueError(unknown("association", name, ASSOCIATIONS))
     return ASSOCIATIONS[name]
 

@@ -56,7 +56,7 @@ class FitRequest:
             metavar="NAME",
             help="The filter to fit: a name (a wrong one lists all), a file written by save(), or yours as my.py:name. "
             "Default: imm. "
-            "With --search: the candidates, with commas. Default: all.",
+            "With --search: the candidates, with commas, yours as my.py:name among them. Default: all.",
             autocompletion=completed_from("filters"),
         ),
     ] = None

@@ -35,6 +35,7 @@ from .placing import Placed
 from .prepare import Pace, Settings, choose
 from .sky_picture import SkyPicture, sky_picture
 from .summary import plain, reasons, words_for
+from .unknown_height import height_of, on_the_ground
 
 SHARED = 0.3  # of the times: if so many are shared by several rows, a table without identity holds several targets
 APART = 0.05  # of what the table spans: rows of one time nearer to each other may be one target and a coarse clock
@@ -109,6 +110,10 @@ def run_anonymous(
     plots, begin, scan_time = placed_plots(measurements, settings.site, how.period)
     if not plots.rows.height:
         raise InputError("no plot is left: no row has a position")
+    if plots.components == ("range", "azimuth"):
+        height, words = height_of(settings.target_height, settings.kind, measurements.named.get("range", ""), False)
+        plots = plots if height.is_ground else on_the_ground(plots, height)
+        measurements.notes += [words] if words else []
     interval = float(np.median(np.diff(scan_time))) if len(scan_time) > 1 else 1.0
     believed, _ = beliefs_of(plots, begin, scan_time, settings, how, interval)
     found, filter, tracker = _pass(plots, begin, scan_time, believed, settings, how, interval, progress, True)
