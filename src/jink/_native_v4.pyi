@@ -343,6 +343,10 @@ class Declaration:
     @restart_after.setter
     def restart_after(self, arg: int, /) -> None: ...
     @property
+    def hindsight(self) -> bool: ...
+    @hindsight.setter
+    def hindsight(self, arg: bool, /) -> None: ...
+    @property
     def coast(self) -> float: ...
     @coast.setter
     def coast(self, arg: float, /) -> None: ...
@@ -550,6 +554,16 @@ class Estimate:
     @property
     def status(self) -> str: ...
     @property
+    def doubt(self) -> float:
+        """
+        Probability that the measurement is an outlier, where the next one decides; else 0.
+        """
+
+    @property
+    def decided(self) -> str | None:
+        """The status of the measurement before, if that was in doubt until now."""
+
+    @property
     def components(self) -> tuple: ...
     def __getitem__(self, component: str) -> float:
         """One component's estimate, by name."""
@@ -607,16 +621,15 @@ class LiveMany:
     ) -> None: ...
     def begin(
         self,
-        arg0: int,
-        arg1: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
-        arg2: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
-        arg3: float,
-        /,
+        target: int,
+        x: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        P: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        time: float,
     ) -> None: ...
-    def reset(self, arg: int, /) -> None: ...
+    def reset(self, target: int) -> None: ...
     def time(self, arg: int, /) -> float: ...
     def save(self) -> bytes: ...
-    def restore(self, arg: bytes, /) -> None: ...
+    def restore(self, state: bytes) -> None: ...
 
 class LiveSlots:
     def begin_all(
@@ -661,7 +674,9 @@ def log_total(
     psi: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
     plots: int,
 ) -> float:
-    """Logarithm of the sum over all assignments of the product of their weights."""
+    """
+    Logarithm of the sum over all assignments of the product of their weights.
+    """
 
 def assign(
     begin: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
@@ -857,4 +872,4 @@ class Many:
     def time(self) -> float: ...
     def living(self) -> int: ...
     def save(self) -> bytes: ...
-    def restore(self, arg: bytes, /) -> None: ...
+    def restore(self, state: bytes) -> None: ...

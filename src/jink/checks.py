@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 PerAxis = float | Sequence[float]
-Given, Answer = ParamSpec("Given"), TypeVar("Answer")
+Given = ParamSpec("Given")
+Answer = TypeVar("Answer")
 
 
 def numbers(name: str, value: ArrayLike, what: str = "numbers") -> Array:
