@@ -92,7 +92,7 @@ def test_a_stream_takes_the_same_heights():
 
 @pytest.mark.parametrize("given", ["high", "4000", "-1,5", "1,nan"])
 def test_heights_that_are_none_are_refused(given):
-    with pytest.raises(InputError, match="target height is"):
+    with pytest.raises(InputError, match="target_height is"):
         TargetHeight.of(given)
 
 

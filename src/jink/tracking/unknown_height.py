@@ -36,14 +36,16 @@ class TargetHeight:
         """From ``"4000,3500"`` or ``"ground"``. Errors: InputError."""
         if given is None:
             return None
+        if not isinstance(given, str):
+            raise InputError(f"target_height is {given!r}; {EXPECTED}")
         if given.strip() == GROUND:
             return cls(0.0, 0.0)
         try:
             mean, sd = (float(part) for part in given.split(","))
         except ValueError:
-            raise InputError(f"target height is {given!r}; {EXPECTED}") from None
+            raise InputError(f"target_height is {given!r}; {EXPECTED}") from None
         if not (np.isfinite([mean, sd]).all() and mean >= 0 and sd >= 0):
-            raise InputError(f"target height is {given!r}; {EXPECTED}")
+            raise InputError(f"target_height is {given!r}; {EXPECTED}")
         return cls(mean, sd)
 
     @property
