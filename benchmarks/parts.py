@@ -175,7 +175,9 @@ def lines(found: Measured, data: Seen) -> list[str]:
             f"{100 * square[data.gross[data.settled]].sum() / square.sum():.1f} % of the squared error"
         )
     restarts = int((found.status[data.settled] == 4).sum())
-    out.append(f"  others rejected {100 * rejected.sum() / (data.settled & ~data.gross).sum():.3f} %; {restarts} restarts")
+    out.append(
+        f"  others rejected {100 * rejected.sum() / (data.settled & ~data.gross).sum():.3f} %; {restarts} restarts"
+    )
     return out
 
 
