@@ -21,7 +21,7 @@ from .scatter import MEDIAN, component_sd, third_differences
 MARK = "seen_by_radar"  # column of the rows
 # columns of rows that may be seen from a site: range (m), azimuth there, and direction of the line of sight here
 SIGHT = ("sight_range", "sight_azimuth", "sight_direction")
-LESS = 0.02  # nats for each component that a radar's noise must be likelier by, to be believed
+LESS = 0.01  # nats that a radar's noise must be likelier by, to be believed where its site is named
 
 
 def with_lines_of_sight(placed: Placed, site: SiteFrame) -> Placed:
@@ -104,7 +104,7 @@ def _likelier(
     white = np.linalg.solve(root, d[:, 2:, None])[..., 0]
     apart = np.log(np.linalg.det(root)) + _loss(white[:, 0], 1.0) + _loss(white[:, 1], 1.0)
     gains = (_loss(d[:, 2], even) + _loss(d[:, 3], even) - radar, apart - radar)
-    return all(float(gain.mean()) > 2.0 * LESS for gain in gains)
+    return all(float(gain.mean()) > LESS for gain in gains)
 
 
 def _loss(d: np.ndarray, sd: np.ndarray | float) -> np.ndarray:
