@@ -23,8 +23,9 @@ install: $(RUN)
 demo: $(RUN)
 	$(BIN)/jink track examples/flights.parquet --smooth -o demo.parquet --report demo.html
 
+# by as many processes as there are cores, four at most: each takes up to 4 GB
 test: $(ENGINE) $(VENV)/.with-test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
 
 # the engine cross-compiled for 64-bit ARM, its oracle and contract tests under qemu-user; see scripts/test_aarch64.sh
 test-aarch64: $(VENV)/.with-test

@@ -5,7 +5,7 @@ import pytest
 
 from jink.report.arrays import ArrayBlock
 from jink.report.plan import plan_point
-from jink.report.world import lines_within, add_world
+from jink.report.world import add_world, lines_within
 
 RADIUS = 6_371_008.8
 KM = 1000.0

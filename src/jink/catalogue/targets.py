@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 
-from ..checks import positive, unknown
+from ..checks import positive, unknown, whole, with_attributes
 from ..filters.imm import IMM
 from ..io.errors import InputError
 from ..models.coasting import Coasting
@@ -64,7 +64,8 @@ class Kind:
         self, sensor: Sensor, axes: int | None = None, *, interval: float = 0.0, coast: float | None = None
     ) -> IMM:
         """The default IMM, see :func:`jink.default_filter`."""
-        n = int(axes or sensor.axes or 2)
+        with_attributes("sensor", sensor, ("axes", "extents"), "one of jink's sensors")
+        n = sensor.axes or 2 if axes is None else whole("axes", axes, 1, 3)
         if n < 2:
             raise ValueError("default_filter: expected a sensor of 2 or 3 axes, got 1; the default filters model turns")
         rarer = max(1.0, RARE * positive("interval", interval, zero=True) / self.coast)
@@ -255,6 +256,6 @@ KINDS: dict[str, Kind] = {
 
 def kind_of(name: str) -> Kind:
     """The kind of this name. Errors: InputError with the nearest and all."""
-    if name not in KINDS:
+    if not isinstance(name, str) or name not in KINDS:
         raise InputError(unknown("kind", str(name), KINDS))
     return KINDS[name]

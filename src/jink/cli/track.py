@@ -647,14 +647,30 @@ def _large(
     from ..tracking.large_files import memory_of, track_large
 
     memory = memory_of(request.memory)
-    if anonymous is not None or request.report or request.output == "-" or fits(request.inputs, memory):
+    if anonymous is not None or request.output == "-" or fits(request.inputs, memory):
         return None
     if settings.every is not None or settings.sites:
         return None
-    rejected = rejected_path(output) if output else None
-    to = (output, kind) if output else None
-    done = track_large(request.inputs, reading, settings, memory, to, rejected, progress, safe=request.safe_csv)
+    report = Path(request.report) if request.report else None
+    beside = output or report
+    done = track_large(
+        request.inputs,
+        reading,
+        settings,
+        memory,
+        (output, kind) if output else None,
+        rejected_path(beside) if beside else None,
+        progress,
+        safe=request.safe_csv,
+        page=(report, _page_of) if report else None,
+    )
     return done and (Tracked(None, None, done[0]), done[1])
+
+
+def _page_of(tracks: Any, path: Path, summary: dict[str, Any]) -> None:
+    from ..report import write_report
+
+    write_report(tracks, path, summary=summary)
 
 
 def _answer(tracked: Any, quiet: bool) -> None:

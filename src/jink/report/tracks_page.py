@@ -79,7 +79,7 @@ def page_text(
     body = fill(
         "tracks.html",
         title=escape(title),
-        lede=escape(_lede(every, sky)),
+        lede=escape(" ".join(filter(None, (str(summary.get("sample", "")), _lede(every, sky))))),
         consistency=cards,
         summary=summary_cards(summary),
         footer=escape(

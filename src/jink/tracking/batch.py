@@ -15,6 +15,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.names import FilterName, KindName
+from ..checks import items
 from ..filters.axis_by_axis import AxisByAxis
 from ..filters.bank import Bank
 from ..io.conventions import Conventions
@@ -23,6 +24,7 @@ from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.projections import with_grid
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
+from .foretold import foretells_badly
 from .lag import Lag
 from .manoeuvring import Manoeuvres, told
 from .noise_level import parse_sensor_sd
@@ -92,7 +94,7 @@ class Options(TypedDict, total=False):
     azimuth_from: Literal["north", "east", "grid"] | None
     crs: str | None
     threads: int | None
-    anonymous: bool | Mapping[str, Any]
+    anonymous: bool | Mapping[str, object]
     velocity: bool
     keep: Sequence[str] | None
     every: float | str | None
@@ -197,7 +199,9 @@ def track(
     )
     conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from, crs)
     conventions = with_grid(conventions, alone, bool(sites))
-    kept = None if keep is None else tuple(keep)
+    kept = None if keep is None else items("keep", keep, "names of columns")
+    if kept and not all(isinstance(name, str) for name in kept):
+        raise InputError(f"keep: expected names of columns, got {keep!r:.60}")
     reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions, kept)
     tracked, back = _from_data(data, reading, settings, Anonymous.of(anonymous))
     if details:
@@ -215,6 +219,8 @@ def _from_data(
 ) -> tuple[Tracked, Callable[[pl.DataFrame], Any]]:
     """Tracks of files or of a DataFrame, and what turns them into the kind that was given."""
     if isinstance(data, str | Path):
+        if not str(data) or "\0" in str(data):
+            raise InputError(f"data: expected a file, a folder or a pattern, got {str(data)!r}")
         data = [data]
     if isinstance(data, Sequence) and data and all(isinstance(item, str | Path) for item in data):
         return run(load_files(data, reading), settings, anonymous=how), lambda frame: frame
@@ -246,6 +252,8 @@ def run(
     found, hopeless = findings(seen, tracked.summary["noise"], settings.kind, tracked.summary["consistency"])
     if hopeless and settings.check:
         raise InputError(implausible(found, tracked.summary["targets"]))
+    if settings.filter is not None and settings.smoothing is None:
+        found += foretells_badly(measured)
     tracked.summary["warnings"] = as_dicts(found, tracked.summary["targets"])
     return at_even_times(tracked, settings)
 

@@ -79,7 +79,7 @@ def parse_sensor_sd(given: float | str | Mapping[str, float] | None) -> dict[str
             )
         try:
             value = float(text) * (GIVEN[name][unit] if unit else 1.0)
-        except ValueError:
+        except (ValueError, TypeError, OverflowError):
             value = math.nan
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(f"sensor-sd: {key} is {text!r}; expected a positive number")

@@ -35,6 +35,13 @@ from .unknown_height import TargetHeight, height_of, on_the_ground
 EVIDENCE = 1_000_000  # rows that tell what holds for all targets of a larger table
 
 
+LARGEST = 1e300  # times and counts are compared with floats
+
+
+def _real(value: object) -> bool:
+    return isinstance(value, float) or (isinstance(value, int) and value < LARGEST)
+
+
 @dataclass(frozen=True)
 class Settings:
     """Everything that `track` can be told, checked."""
@@ -62,16 +69,16 @@ class Settings:
         kind_of(self.kind)
         if self.smooth and self.lag is not None:
             raise InputError(f"lag is {self.lag}; expected none beside smooth, which uses the whole track")
-        if self.gap is not None and not self.gap >= 0:
+        if self.gap is not None and not (_real(self.gap) and self.gap >= 0):
             raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
-        if self.threads is not None and self.threads < 1:
-            raise InputError(f"threads is {self.threads}; expected 1 or more")
-        if self.manoeuvre_g is not None and not 0 < self.manoeuvre_g < math.inf:
+        for name in ("threads", "min_points"):
+            given = getattr(self, name)
+            if given is not None and not (isinstance(given, int) and 1 <= given < LARGEST):
+                raise InputError(f"{name} is {given!r}; expected 1 or more")
+        if self.manoeuvre_g is not None and not (_real(self.manoeuvre_g) and 0 < self.manoeuvre_g < math.inf):
             raise InputError(
                 f"manoeuvre_g is {self.manoeuvre_g!r}; expected an acceleration in g above 0, such as 0.05"
             )
-        if self.min_points < 1:
-            raise InputError(f"min_points is {self.min_points}; expected 1 or more")
 
     @property
     def smoothing(self) -> dict[str, Any] | None:
@@ -266,6 +273,9 @@ def choose(components: Sequence[str], sd: Mapping[str, float], pace: Pace, setti
 
 def sites_of(given: Mapping[str, Sequence[float]]) -> tuple[SiteFrame | None, dict[str, SiteFrame]]:
     """The one site without a name, and sites by the names of their sources."""
+    for at in given.values():
+        if isinstance(at, str) or not isinstance(at, Sequence | np.ndarray) or len(at) not in (2, 3):
+            raise InputError(f"site: expected a latitude and a longitude, got {at!r}")
     frames = {name: SiteFrame(*place) for name, place in given.items()}
     return frames.pop("", None), frames
 
