@@ -48,12 +48,13 @@ def covariances(
     groups: int,
     given: Mapping[str, float],
     other: np.ndarray,
+    decided: Mapping[str, float] | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Covariances (N, 2, 2) in m², and sds of range (m) and azimuth (rad) of each group; None where the rows are no
     radar's, or the data tell too little.
 
     measured (N,): rows with a position; starts: first rows of parts among them; group (N,) numbers the sources; other
-    (N, 2, 2): the noise without a radar.
+    (N, 2, 2): the noise without a radar; decided: figures of other rows of the table, which say whose noise it is.
     """
     columns = placed.rows.columns
     stated = "cov_ee" in columns or ("position_sd" in columns and bool(placed.rows["position_sd"].is_finite().any()))
@@ -74,6 +75,10 @@ def covariances(
     across = component_sd(time, np.unwrap(azimuth[measured]), starts, group[measured], groups)
     along = np.full(groups, given["range"]) if "range" in given else along
     across = np.full(groups, given["azimuth"]) if "azimuth" in given else across
+    if not certain and decided is not None:
+        if "range_sd" not in decided:
+            return None
+        along, across = np.array([decided["range_sd"]]), np.array([decided["azimuth_sd"]])
     if not (np.isfinite(along) & np.isfinite(across) & (along > 0) & (across > 0)).all():
         return None
     sight = np.stack([np.sin(direction), np.cos(direction)], axis=1)
@@ -83,6 +88,8 @@ def covariances(
     R += normal[:, :, None] * normal[:, None, :] * width[:, None, None]
     if certain:
         return R, along, across
+    if decided is not None:
+        return R, np.broadcast_to(along, of), np.broadcast_to(across, of)
     values = np.column_stack([reach[measured], np.unwrap(azimuth[measured]), placed.plane[measured]])
     if not _likelier(time, values, starts, along, across, other[measured]):
         return None
