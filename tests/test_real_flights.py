@@ -25,9 +25,9 @@ def test_manoeuvres_of_real_flights_are_found():
     assert "MISSED" not in manoeuvres.said(found)
 
 
-@pytest.mark.parametrize("radar", ["12 s", "4 s"])
+@pytest.mark.parametrize("radar", ["4 s", "1 s"])
 def test_every_form_of_the_same_plots_gives_the_same_answer(radar):
-    plots = forms.seen(list(flights(EXAMPLE))[:8], forms.RADARS[radar], seed=3)
+    plots = forms.seen(list(flights(EXAMPLE))[:6], forms.RADARS[radar], seed=3)
     first, *others = (forms.tracked(plots, form) for form in forms.FORMS)
     for other in others:
         assert abs(forms.ratio(other, first, plots, "r99")[0] - 1.0) < 0.02
