@@ -136,7 +136,7 @@ AIRCRAFT = Kind(
     coasting=Coasting(after=20.0, manoeuvre=10.0, climb=30.0, reverses=False),
     manoeuvre_g=(0.05, 0.03),
     manoeuvre_seconds=8.0,
-    height=(4000.0, 3500.0),
+    height=(3000.0, 2500.0),
 )
 
 FIGHTER = Kind(

@@ -161,7 +161,7 @@ class TrackRequest:
         typer.Option(
             "--target-height",
             metavar="M,SD",
-            help="How high targets are above a radar that measures no heights, in metres, such as 4000,3500; "
+            help="How high targets are above a radar that measures no heights, in metres, such as 3000,2500; "
             "ground: its ranges are those along the ground.",
         ),
     ] = None

@@ -21,7 +21,7 @@ from .placing import Placed
 GROUND = "ground"
 VARIANCE = "ground_range_variance"  # column (m²) of rows whose height is not known
 STEEPEST = 0.95  # of the range, at most the height
-EXPECTED = "expected METRES,SD above the radar, such as 4000,3500, or ground"
+EXPECTED = "expected METRES,SD above the radar, such as 3000,2500, or ground"
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class TargetHeight:
 
     @classmethod
     def of(cls, given: str | None) -> TargetHeight | None:
-        """From ``"4000,3500"`` or ``"ground"``. Errors: InputError."""
+        """From ``"3000,2500"`` or ``"ground"``. Errors: InputError."""
         if given is None:
             return None
         if not isinstance(given, str):
