@@ -145,10 +145,14 @@ template <class T> class Live {
 
     // Of tracks that have started. A detector may remember that nothing was measured, and a state may have begun without a time.
     void check_numbers(const TrackState<T> &s) const {
-        for (const auto *values : {&s.arena, &s.probability, &s.carry, &s.believed, &s.doubted})
-            for (const T &value : *values)
+        const auto check = [&](auto from, auto to) {
+            for (; from != to; ++from)
                 for (int l = 0; l < width<T>; ++l)
-                    if (lane(s.started, l) && !std::isfinite(lane(value, l))) throw std::invalid_argument("state: has numbers that are not finite");
+                    if (lane(s.started, l) && !std::isfinite(lane(*from, l))) throw std::invalid_argument("state: has numbers that are not finite");
+        };
+        for (const auto *values : {&s.arena, &s.probability, &s.carry, &s.believed, &s.doubted}) check(values->begin(), values->end());
+        // the innovations that an aid looks back on come last
+        check(s.memory.end() - c->declared.aid.memory(c->declared.axes()), s.memory.end());
     }
 
     // Places of modes are used as indices; those of a grid lie between its points too.

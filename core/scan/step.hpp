@@ -173,7 +173,9 @@ template <class T> class Step {
         if (hindsight.two()) settle(s, here, log_outlier, out);
         if (ahead.pairwise()) collapse(s);
         if (scores.active()) scores(s, ahead.prior.data(), innovations.data(), dof);
-        const Mask<T> impossible = out.measured & s.started & inverse(magnitude(out.log_likelihood) <= splat<T>(unlikeliest));
+        Mask<T> impossible = out.measured & s.started & inverse(magnitude(out.log_likelihood) <= splat<T>(unlikeliest));
+        const Mask<T> vague = out.measured & s.running & inverse(best.det <= splat<T>(vaguest));
+        if (any(vague)) impossible = impossible | (vague & inverse(within_range()));
         if (any(impossible)) disbelieve(s, scan.input, impossible, gating, out);
         if (gating) gate(s, scan.input, sensor, m, log_outlier, out);
         if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
@@ -275,8 +277,12 @@ template <class T> class Step {
         for (int j = 0; j < c.count; ++j) s.probability[j] = select<T>(which, ahead.prior[j], s.probability[j]);
     }
 
-    // Of what is believed, a log-likelihood: 1e50 standard deviations off. Squares of what such a row leaves are still numbers.
-    static constexpr double unlikeliest = 1e100;
+    // Of what is believed, a log-likelihood: 1e25 standard deviations off. Squares of what such a row leaves are still numbers.
+    static constexpr double unlikeliest = 1e50;
+    // The determinant of an innovation's covariance above which a track is looked at: it may have gone beyond all range.
+    static constexpr double vaguest = 1e100;
+    // The farthest and fastest that a track can be, whatever its unit of length.
+    static constexpr double strayed = 1e20;
 
     // A measurement so far off that its likelihood is beyond the range of numbers says nothing of the modes: it is gated, with
     // or without a share of outliers, also while a track waits for its second position. A track that has itself gone beyond all
@@ -291,7 +297,7 @@ template <class T> class Step {
         keep_prediction(s, input, which);
     }
 
-    // Where every mode's prediction is no farther and no less certain than a place can be. A comparison with NaN is false.
+    // Where every mode's prediction is no farther and no less certain than a track can be. A comparison with NaN is false.
     Mask<T> within_range() const {
         Mask<T> near = splat_mask<T>(true);
         for (int j = 0; j < c.count; ++j) {
@@ -299,7 +305,7 @@ template <class T> class Step {
             const T *x = &ahead.predicted[mode.place], *P = x + mode.shape.n;
             Mask<T> here = splat_mask<T>(true);
             for (int i = 0; i < mode.shape.n; ++i)
-                here = here & (magnitude(x[i]) <= splat<T>(farthest)) & (P[packed(i, i)] <= splat<T>(farthest * farthest));
+                here = here & (magnitude(x[i]) <= splat<T>(strayed)) & (P[packed(i, i)] <= splat<T>(strayed * strayed));
             near = near & (here | inverse(ahead.prior[j] > splat<T>(0.0)));
         }
         return near;

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._engine import native
-from ..checks import Array, numbers, positive
+from ..checks import Array, numbers, one_of, positive
 from ..models.coasting import Coasting
 from ..models.outliers import Outliers
 from ..models.start import OnePoint, Prior, TwoPoint
@@ -33,10 +33,10 @@ def declared_rules(
     """Chain, initial probabilities, linearisation, mixing, outliers, coasting, start. Errors name the argument."""
     chain = parts.chain if parts and parts.chain else modes
     continuous, matrix = transition_rule(transition, transition_step, chain)
-    if linearisation not in ("ekf", "ukf"):
-        raise ValueError(f"linearisation: expected 'ekf' or 'ukf', got {linearisation!r}")
-    if mixing not in ("prior", "unbiased"):
-        raise ValueError(f"mixing: expected 'prior' or 'unbiased', got {mixing!r}")
+    one_of("linearisation", linearisation, ("ekf", "ukf"))
+    one_of("mixing", mixing, ("prior", "unbiased"))
+    if outliers is not None and not isinstance(outliers, Outliers):
+        raise TypeError(f"outliers: expected jink.Outliers, got {type(outliers).__name__}")
     if not isinstance(initial, TwoPoint | OnePoint | Prior):
         raise TypeError(f"initial: expected jink.TwoPoint, OnePoint or Prior, got {type(initial).__name__}")
     velocity_sd = 1000.0 if isinstance(initial, Prior) else positive("initial.velocity_sd", initial.velocity_sd)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..checks import positive
+from ..checks import positive, whole
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,5 +32,4 @@ class Outliers:
         for extent in self.extent if isinstance(self.extent, Sequence) else [self.extent]:
             positive("Outliers.extent", extent)
         positive("Outliers.velocity_extent", self.velocity_extent)
-        if int(self.restart_after) != self.restart_after or self.restart_after < 0:
-            raise ValueError(f"Outliers.restart_after: expected a whole number of rows, got {self.restart_after!r}")
+        whole("Outliers.restart_after", self.restart_after, 0, 2**31 - 1, of=" of rows")
