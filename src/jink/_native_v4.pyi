@@ -42,6 +42,8 @@ class MotionKind(enum.Enum):
 
     statistical_along_track = 8
 
+    velocity_along_track = 9
+
 class NoiseKind(enum.Enum):
     """Process noise: constant over a step (sd), or white (psd)."""
 
@@ -170,6 +172,8 @@ class Mode:
     ) -> None: ...
     @property
     def kind(self) -> MotionKind: ...
+    @property
+    def noise(self) -> NoiseKind: ...
     @property
     def has_acceleration(self) -> bool: ...
     @property
@@ -446,6 +450,19 @@ def population_errors(
     result: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu")],
     threads: int,
 ) -> None: ...
+def candidate_errors(
+    engine: Engine,
+    numbers: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    time: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    offsets: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    truth: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    sums: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu")],
+    threads: int,
+) -> None:
+    """
+    Of one filter with many sets of numbers: squared errors per scan, and how many tracks they are of, into sums.
+    """
 
 class Figure(enum.Enum):
     """Which figure of a filter is differentiated."""
@@ -638,6 +655,14 @@ def marginals(
     Marginals of sparse association weights: of each edge, of each row without a plot, of each plot without a row, and sweeps.
     """
 
+def log_total(
+    begin: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    plot: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    psi: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    plots: int,
+) -> float:
+    """Logarithm of the sum over all assignments of the product of their weights."""
+
 def assign(
     begin: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
     plot: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
@@ -750,6 +775,18 @@ class ManyRules:
     @established.setter
     def established(self, arg: float, /) -> None: ...
     @property
+    def left(self) -> float: ...
+    @left.setter
+    def left(self, arg: float, /) -> None: ...
+    @property
+    def merge_within(self) -> float: ...
+    @merge_within.setter
+    def merge_within(self, arg: float, /) -> None: ...
+    @property
+    def merge_after(self) -> int: ...
+    @merge_after.setter
+    def merge_after(self, arg: int, /) -> None: ...
+    @property
     def split(self) -> bool: ...
     @split.setter
     def split(self, arg: bool, /) -> None: ...
@@ -782,6 +819,10 @@ class ManyRules:
     @most_tracks.setter
     def most_tracks(self, arg: int, /) -> None: ...
     @property
+    def likelihood(self) -> bool: ...
+    @likelihood.setter
+    def likelihood(self, arg: bool, /) -> None: ...
+    @property
     def threads(self) -> int: ...
     @threads.setter
     def threads(self, arg: int, /) -> None: ...
@@ -800,6 +841,7 @@ class Many:
         times: object | None,
     ) -> dict: ...
     def tracks(self, least: float, covariance: bool) -> dict: ...
+    def taken(self, least: float) -> dict: ...
     def add(
         self,
         arg0: float,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .checks import numbers
 from .frame_of import frame_of, html_of
 from .times import duration
 
@@ -33,10 +34,14 @@ class Status(IntEnum):
 STATUS = tuple(Status.__members__)  # the names, in the order of their numbers
 
 
+class UnknownComponent(KeyError, ValueError):
+    """A component that an estimate does not have."""
+
+
 def component_index(components: tuple[str, ...], name: str) -> int:
-    """Where a component stands in x. Errors: KeyError naming those that there are."""
-    if name not in components:
-        raise KeyError(f"{name!r}: expected one of {', '.join(components)}")
+    """Where a component stands in x. Errors: KeyError (a ValueError too) naming those that there are."""
+    if not isinstance(name, str) or name not in components:
+        raise UnknownComponent(f"component {name!r}: expected one of {', '.join(components)}")
     return components.index(name)
 
 
@@ -124,7 +129,7 @@ class Estimate:
         without a measurement at each time, so that both sides count. Of the outputs x, P, mode_probability and status
         come back. Errors: ValueError for an estimate that does not know its rows, or was smoothed with a lag.
         """
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        wanted = np.atleast_1d(numbers("times", times))
         if wanted.ndim != 1 or not np.isfinite(wanted).all():
             raise ValueError("times: expected finite numbers of seconds (T,)")
         return self._rows().at([wanted] * len(self))
@@ -224,6 +229,7 @@ class Estimate:
         return html_of(self, STATUS)
 
 
+MOST_ROWS = 10**9  # of one target: 8 GB of times alone
 UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0, "m": 60.0, "h": 3600.0}
 
 
@@ -238,5 +244,8 @@ def _step(step: float | str) -> float:
 def _grid(time: NDArray[np.float64], step: float) -> NDArray[np.float64]:
     if not len(time):
         return np.empty(0)
-    count = int(np.floor((time[-1] - time[0]) / step * (1 + 1e-12))) + 1
+    steps = float((time[-1] - time[0]) / step * (1 + 1e-12))
+    if not steps < MOST_ROWS:
+        raise ValueError(f"step: expected fewer than {MOST_ROWS:,} rows of a target, got {steps:.3g} at {step:g} s")
+    count = int(np.floor(steps)) + 1
     return time[0] + step * np.arange(count)

@@ -9,6 +9,7 @@ import pytest
 import jink
 
 DURATION = 1200
+DEGREE = np.array([111_319.49, 110_574.28])  # m, of longitude and latitude on the equator
 
 
 def walk(seconds: float, seed: int = 0, sd: float = 3.0) -> tuple[pl.DataFrame, np.ndarray]:
@@ -55,6 +56,44 @@ def test_errors_that_last_are_carried(how):
     assert np.mean(shares) >= 0.93 and min(shares) > 0.8
     white = [inside(*walk(0.0, seed), **how) for seed in range(6)]
     assert np.mean(white) < 0.995
+
+
+def winding(seed: int) -> tuple[pl.DataFrame, np.ndarray]:
+    """Five minutes of a walker who turns every 20 s, with such errors of 3 m and 8 s; and the truth."""
+    straight, truth = walk(8.0, seed)
+    error = (straight.select("x", "y").to_numpy() - truth)[:300]
+    rate = np.where(np.arange(300) // 20 % 2 == 1, 0.08, 0.0) * np.where(np.arange(300) // 40 % 2 == 1, 1.0, -1.0)
+    course = np.cumsum(rate)
+    way = 500.0 + np.cumsum(1.4 * np.column_stack([np.cos(course), np.sin(course)]), axis=0)
+    seen = way + error
+    return pl.DataFrame({"target": "T", "time": np.arange(300.0), "x": seen[:, 0], "y": seen[:, 1]}), way
+
+
+def on_the_map(data: pl.DataFrame) -> pl.DataFrame:
+    """Near 0 N 0 E, where each target has a noise of its own."""
+    return data.select("target", "time", longitude=pl.col("x") / DEGREE[0], latitude=pl.col("y") / DEGREE[1])
+
+
+def test_who_turns_has_the_errors_of_those_who_go_straight():
+    """Alone, five minutes of turns cannot tell that errors last."""
+    alone, beside = [], []
+    for seed in range(6):
+        turning, truth = winding(seed)
+        both = pl.concat([turning, walk(8.0, seed + 10)[0]])
+        for shares, data in ((alone, turning), (beside, both)):
+            tracks = jink.track(on_the_map(data), kind="person").filter(pl.col("target") == "T")
+            error = np.abs(tracks.select("longitude", "latitude").to_numpy() * DEGREE - truth)[60:]
+            shares.append(float((error <= 2.0 * tracks.select("x_sd", "y_sd").to_numpy()[60:]).mean()))
+    assert np.mean(alone) < 0.6 and np.mean(beside) >= 0.9
+
+
+def test_who_clearly_has_no_such_errors_keeps_its_own():
+    """Two walkers have errors that last; the third one's are white, and a tenth as large."""
+    rough = [walk(8.0, seed)[0].with_columns(target=pl.lit(f"rough {seed}")) for seed in range(2)]
+    data = pl.concat([*rough, walk(0.0, 5, sd=0.2)[0]])
+    tracks = jink.track(on_the_map(data), kind="person")
+    sd = {name[0]: rows["x_sd"].median() for name, rows in tracks.group_by("target")}
+    assert sd["A"] < 0.4 and min(sd["rough 0"], sd["rough 1"]) > 1.5
 
 
 @pytest.mark.parametrize("seed", range(3))

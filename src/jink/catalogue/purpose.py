@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import ceil, log, sqrt
 from typing import Any
 
+from ..checks import probability, whole
 from ..filters.loading import AnyFilter
 from ..models.outliers import Outliers
 from ..models.sensor import Position, Sensor
@@ -73,7 +74,9 @@ class Purpose:
 
     def staying(self, stay: float, modes: int) -> Sojourn:
         """The chain of equally likely changes in which a mode outlasts one interval with probability ``stay``."""
-        even = 1.0 - 1.0 / modes
+        even = 1.0 - 1.0 / whole("modes", modes, 2, 512)
+        if probability("stay", stay) <= 1.0 / modes:
+            raise ValueError(f"stay: expected more than 1/{modes}, the share of each mode, got {stay:g}")
         rate = -even * log((stay - 1.0 / modes) / even) / self.interval
         return Sojourn(seconds=[1.0 / rate] * modes)
 

@@ -10,7 +10,7 @@ from typing import ClassVar, Unpack
 from numpy.typing import ArrayLike
 
 from .._engine import native
-from ..checks import PerAxis, numbers, per_axis, positive
+from ..checks import PerAxis, items, numbers, per_axis, positive
 from ..models.motion import AnyMotion, ConstantVelocity, NativeMode, NativeMotion, manoeuvres, name_of
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
@@ -179,7 +179,7 @@ class AdaptiveIMM(IMM):
             raise TypeError(
                 f"estimator: expected AugmentedAcceleration or TwoStageAcceleration, got {type(estimator).__name__}"
             )
-        if not any(getattr(m, "estimated", False) for m in motions):
+        if not any(getattr(m, "estimated", False) for m in items("motions", motions, "motion models")):
             raise ValueError(
                 "motions: expected at least one AccelerationLevel with estimated=True; without one, nothing adapts"
             )

@@ -11,7 +11,7 @@ from typing import Any, TypedDict, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import Array
+from ..checks import Array, whole
 from ..estimate import Estimate, Status
 from ..models.sensor import Position
 from .bank import Bank
@@ -63,9 +63,7 @@ class AxisByAxis:
     def __init__(self, filter: Bank, axes: int) -> None:
         if not of_one_axis(filter):
             raise ValueError(f"filter: expected one whose sensor measures x alone, got {filter!r}")
-        if axes not in (2, 3):
-            raise ValueError(f"axes: expected 2 or 3, got {axes!r}")
-        self.filter_, self.axes = filter, int(axes)
+        self.filter_, self.axes = filter, whole("axes", axes, 2, 3)
         sensor: Any = filter.sensors[0]
         noise = float(sensor.noise[0, 0])
         self.sensors = (Position(sd=noise**0.5, axes=self.axes),)

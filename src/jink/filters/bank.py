@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._engine import native
-from ..checks import Array, thread_count
+from ..checks import Array, items, thread_count, whole
 from ..estimate import Estimate
 from ..io.stages import stage
 from ..models.coasting import Coasting
@@ -32,6 +32,7 @@ from .slots import Slots
 from .source import BatchSource
 
 MOST_MODES = 512
+MOST_TARGETS = 2**31 - 1  # live at once: the engine numbers them
 
 
 class Bank:
@@ -88,7 +89,7 @@ class Bank:
         coast: float | None,
     ) -> None:
         """What every filter is given."""
-        self.motions = tuple(motions)
+        self.motions = items("motions", motions, "motion models")
         if not self.motions:
             raise ValueError("motions: expected at least one motion model")
         # the engine's limit, said before anything as large as the square of the number is computed
@@ -98,6 +99,9 @@ class Bank:
             if _is_sensor(motion):
                 name = type(motion).__name__
                 raise TypeError(f"motion: got the sensor {name}; expected the motion model first, then the sensor")
+            if not callable(getattr(motion, "native", None)) and not callable(getattr(motion, "f", None)):
+                got = type(motion).__name__
+                raise TypeError(f"motions: expected jink's motion models or ones with f(x, dt), got {got}")
         self.sensors = as_sensors(sensor)
         self.outliers, self.coast = outliers, coast
         self.initial = initial if initial is not None else TwoPoint()
@@ -159,6 +163,8 @@ class Bank:
 
         if getattr(self, "coasting", None) is not None:
             raise TypeError("coasting: works on jink's own motion and sensor models, not beside models of your own")
+        if self.outliers is not None and self.outliers.hindsight:
+            raise TypeError("outliers: expected hindsight=False beside motion and sensor models of your own")
         for motion in self.motions:
             if hasattr(motion, "native") and not is_fixed(native_mode(motion, self.axes)):
                 raise TypeError(
@@ -289,13 +295,11 @@ class Bank:
         so many scans the estimate is that of the scan so long ago, smoothed by those since. ``live.save()`` gives the
         state as bytes, taken up again by ``state``.
         """
-        if int(lag) != lag or lag < 0:
-            raise ValueError(f"lag: expected a whole number of scans, got {lag!r}")
+        lag = whole("lag", lag, 0, of=" of scans")
         if lag and self.not_smoothed:
             raise ValueError(f"lag: cannot smooth {type(self).__name__}: {self.not_smoothed}")
-        if n is not None and (int(n) != n or n < 1):
-            raise ValueError(f"n: expected a number of targets, got {n!r}")
-        live: Any = self.engine.one(int(lag), self) if n is None else self._many(int(n), int(lag), outputs)
+        n = None if n is None else whole("n", n, 1, MOST_TARGETS, of=" of targets")
+        live: Any = self.engine.one(lag, self) if n is None else self._many(n, lag, outputs)
         if isinstance(self.initial, Prior):
             x, P = prior_of_tracks(self.initial, self.components, n or 1)
             for k in range(n or 1):
@@ -435,7 +439,7 @@ def as_sensors(sensor: Any) -> tuple[Any, ...]:
     if not sensors:
         raise ValueError("sensor: expected at least one")
     for s in sensors:
-        if not hasattr(s, "native") and not callable(getattr(s, "h", None)):
+        if not isinstance(s, Observed) and (hasattr(s, "native") or not callable(getattr(s, "h", None))):
             raise TypeError(f"sensor: expected one of jink's sensors or one with h(x), got {type(s).__name__}")
     axes = [str(s.axes) for s in sensors if getattr(s, "axes", None)]
     if len(set(axes)) > 1:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .._engine import native
-from ..checks import probability, whole
+from ..checks import rare, whole
 from ..models.motion import AnyMotion
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
@@ -50,7 +50,7 @@ class InputEstimation(Bank):
         least = max(1, length // 2) if shortest is None else whole("shortest", shortest, 1, length, " of scans")
         from ..metrics.chi_square import quantile
 
-        threshold = quantile(1 - probability("false_alarm", false_alarm), self.axes)
+        threshold = quantile(1 - rare("false_alarm", false_alarm), self.axes)
         self._prepare(
             coast=coast, parts=Parts(detection=native.Detection(window=length, shortest=least, threshold=threshold))
         )

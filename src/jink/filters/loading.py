@@ -81,6 +81,8 @@ def load(path: str | os.PathLike[str], *, own: bool = False) -> Bank | OwnFilter
 
     own: whether the file may import the modules of models of your own, which runs their code.
     """
+    if not isinstance(path, str | os.PathLike) or "\0" in str(path):
+        raise TypeError(f"path: expected the name of a file, got {path!r}")
     try:
         text = Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError as error:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._engine import native
+from ..checks import with_attributes
 from ..models.motion import AnyMotion, NativeMode, NativeMotion, manoeuvres, name_of
 from ..models.network import Network
 from ..models.noise_network import ModeNetwork, NoiseNetwork
@@ -109,6 +110,7 @@ class NeuralModes(Bank):
         coast: float | None = None,
     ) -> None:
         self._declare(motions, sensor, outliers, initial, coast)
+        with_attributes("network", network, ("network", "centre", "scale", "best"), "a learned ModeNetwork")
         self.network = network
         modes = len(self.motions)
         if network.network.outputs != modes:

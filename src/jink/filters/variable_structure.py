@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._engine import native
-from ..checks import Array, positive, whole
+from ..checks import Array, items, positive, whole, with_attributes
 from ..models.motion import AnyMotion, ConstantVelocity
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
@@ -36,6 +36,8 @@ class _VariableStructure(Bank):
         coast: float | None,
     ) -> None:
         super()._declare(motions, sensor, outliers, initial, coast)
+        for motion in self.motions:
+            with_attributes("motions", motion, ("native",), "jink's motion models")
         if len(self.motions) < 2:
             raise ValueError(f"motions: expected at least two modes, got {len(self.motions)}")
 
@@ -201,12 +203,12 @@ class AdaptiveGrid(_VariableStructure):
 def neighbours(modes: int, transition: Transition, graph: Sequence[Sequence[int]] | None) -> list[list[int]]:
     """The modes that each mode may change to, itself included: as given, or where transition is not zero."""
     _, matrix = transition_rule(transition, None, modes)
-    near = [np.flatnonzero(row) for row in matrix] if graph is None else graph
+    near = [np.flatnonzero(row) for row in matrix] if graph is None else items("graph", graph, "neighbours of modes")
     if len(near) != modes:
         raise ValueError(f"graph: expected the neighbours of each of {modes} modes, got {len(near)} lists")
     out = []
     for i, row in enumerate(near):
-        members = sorted({int(j) for j in row} | {i})
+        members = sorted({whole("graph", j, -(2**31)) for j in items("graph", row, "modes")} | {i})
         if members[0] < 0 or members[-1] >= modes:
             raise ValueError(f"graph: mode {i} has neighbours {list(row)}; modes are 0 to {modes - 1}")
         out.append(members)

@@ -10,9 +10,10 @@ import numpy as np
 
 from .evidence import distances
 
-HOUR, DAY, ROLLOVER = 3600.0, 86_400.0, 1024 * 7 * 86_400.0
+HOUR, HALF_DAY, DAY, ROLLOVER = 3600.0, 43_200.0, 86_400.0, 1024 * 7 * 86_400.0
 WORDS = {
     HOUR: "one hour (summer time?)",
+    HALF_DAY: "12 hours (a clock of 12 hours without AM and PM?)",
     DAY: "one day (a date that lags behind midnight?)",
     ROLLOVER: "1024 weeks (GPS)",
 }

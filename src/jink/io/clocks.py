@@ -19,6 +19,7 @@ from .iso_times import uniform
 from .numeric_times import DAY, LATEST, WILD, numeric_times, size_of
 from .units import TIME
 
+DECIMAL_COMMA = r"^\d+,\d+$"
 THOUSANDS = r"^\d{1,3}(?:,\d{3}){2,}(?:\.\d+)?$"
 
 
@@ -45,7 +46,7 @@ def read_times(
         value = text.cast(pl.Float64, strict=False)
         if value.count() < 0.5 * text.count() and text.str.contains(THOUSANDS).sum() >= 0.5 * text.count():
             value = text.str.replace_all(",", "").cast(pl.Float64, strict=False)
-        if value.count() < 0.5 * text.count() and text.str.contains(r"^\d+,\d+$").sum() >= 0.5 * text.count():
+        if value.count() < 0.5 * text.count() and text.str.contains(DECIMAL_COMMA).sum() >= 0.5 * text.count():
             value = text.str.replace(",", ".").cast(pl.Float64, strict=False)
         if how.time_format or value.count() < 0.5 * text.count():
             return _text_times(where, text, how)

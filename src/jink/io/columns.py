@@ -15,7 +15,7 @@ import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from .errors import InputError
+from .errors import InputError, NoTable
 from .roles import CUSTOMARY_UNIT, MARKS, POSITIONS, ROLES
 from .units import CLOCKS
 
@@ -85,7 +85,7 @@ def recognise(
                 others[role] = tuple(dict.fromkeys(found[1:]))
     position = _position(roles, given)
     if position is None:
-        raise InputError(_missing(file, "position", names, ("latitude", "longitude", "x", "y", "range", "azimuth")))
+        raise NoTable(_missing(file, "position", names, ("latitude", "longitude", "x", "y", "range", "azimuth")))
     only_seconds = "time" not in roles or ("second" in roles and roles["time"].name == roles["second"].name)
     if {"year", "month", "day"} <= roles.keys() and only_seconds and "time" not in told:
         roles["time"] = roles["year"]  # the parts are put together when the values are read (moments.py)
@@ -132,6 +132,8 @@ def _usual(names: Sequence[str]) -> dict[str, str]:
 
 def _given_roles(file: str, names: Sequence[str], given: Mapping[str, str]) -> dict[str, Column]:
     roles: dict[str, Column] = {}
+    if not isinstance(given, Mapping):
+        raise InputError(f"columns: expected roles and the names of their columns, got {given!r}")
     for key, name in given.items():
         role, unit = _role_and_unit(key)
         if role is None:

@@ -13,20 +13,33 @@ import numpy as np
 import polars as pl
 
 HOUR = r"(?P<H>\d{1,2}):(?P<M>\d{2})(?::(?P<S>\d{2})(?:[.,:](?P<f>\d{1,9})\d*)?)?(?: ?(?P<p>[AaPp])\.?[Mm]\.?)?"
-ZONE = r"(?: ?(?P<z>[Zz]|UTC|GMT|utc|gmt|[+-]\d{2}:?\d{2}|[+-]\d{2}))?(?: \(?(?:UTC|GMT)\)?)?"
+# zones by name, hours east of Greenwich: those of RFC 2822, and those that no other zone shares a name with
+ZONES = {
+    **{"est": -5, "edt": -4, "cst": -6, "cdt": -5, "mst": -7, "mdt": -6, "pst": -8, "pdt": -7},
+    **{"wet": 0, "west": 1, "cet": 1, "cest": 2, "mez": 1, "mesz": 2, "eet": 2, "eest": 3, "msk": 3},
+    **{"jst": 9, "aest": 10, "aedt": 11, "nzst": 12, "nzdt": 13, "akst": -9, "akdt": -8, "hst": -10},
+}
+NAMED = "|".join(sorted({*ZONES, *map(str.upper, ZONES)}, key=len, reverse=True))
+ZONE = rf"(?: ?(?P<z>[Zz]|UTC|GMT|utc|gmt|{NAMED}|[+-]\d{{2}}:?\d{{2}}|[+-]\d{{2}}))?(?: \(?(?:UTC|GMT)\)?)?"
 CLOCK = rf"(?:(?:[T_,-]| )+{HOUR}{ZONE})?"
 DAY_NAME = r"(?:[A-Za-z]{3,9}\.?,? +)?"
+MONTH = r"(?P<n>[A-Za-zäéû]{3,10})"
 FORMS = {
     "year first": rf"^(?P<y>\d{{4}})[-/.:](?P<m>\d{{1,2}})[-/.:](?P<d>\d{{1,2}}){CLOCK}$",
     "numbers": rf"^(?P<d>\d{{1,2}})[-/. ](?P<m>\d{{1,2}})[-/. ](?P<y>\d{{4}}|\d{{2}}){CLOCK}$",
-    "day and name": rf"^{DAY_NAME}(?P<d>\d{{1,2}})[- /.]*(?P<n>[A-Za-z]{{3,9}})[- /.,]+(?P<y>\d{{4}}|\d{{2}}){CLOCK}$",
-    "name and day": rf"^{DAY_NAME}(?P<n>[A-Za-z]{{3,9}})\.? +(?P<d>\d{{1,2}}),? (?P<y>\d{{4}}){CLOCK}$",
+    "day and name": rf"^{DAY_NAME}(?P<d>\d{{1,2}})[- /.]*{MONTH}[- /.,]+(?P<y>\d{{4}}|\d{{2}}){CLOCK}$",
+    "name and day": rf"^{DAY_NAME}{MONTH}\.? +(?P<d>\d{{1,2}}),? (?P<y>\d{{4}}){CLOCK}$",
     "year last": rf"^[A-Za-z]{{3}} +(?P<n>[A-Za-z]{{3}}) +(?P<d>\d{{1,2}}) {HOUR}{ZONE}(?: [A-Z]{{3,4}})?"
     r" (?P<y>\d{4})$",
     "compact": r"^(?P<y>(?:19|20)\d{2})(?P<m>\d{2})(?P<d>\d{2})"
     rf"(?:[T _-]?(?P<H>\d{{2}})(?P<M>\d{{2}})(?P<S>\d{{2}})?(?:[.,](?P<f>\d{{1,9}}))?)?{ZONE}$",
 }
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+# German, French, Spanish, Italian and Portuguese, where they begin otherwise
+OTHER_MONTHS = {
+    **{"ene": 1, "gen": 1, "fev": 2, "fév": 2, "mär": 3, "mrz": 3, "avr": 4, "abr": 4, "mai": 5, "mag": 5, "giu": 6},
+    **{"lug": 7, "ago": 8, "aoû": 8, "set": 9, "okt": 10, "out": 10, "ott": 10, "dez": 12, "dic": 12, "déc": 12},
+}
 OF_DAY = rf"^{HOUR}{ZONE}$"
 
 
@@ -71,7 +84,7 @@ def _parts(text: pl.Series, pattern: str) -> dict[str, np.ndarray]:
     groups = text.to_frame("t").select(pl.col("t").str.extract_groups(pattern)).unnest("t")
     parts = {name: _number(groups[name]) for name in groups.columns if name in "ymdHMS"}
     if "n" in groups.columns:
-        number = dict(zip(MONTHS, range(1, 13), strict=True))
+        number = dict(zip(MONTHS, range(1, 13), strict=True)) | OTHER_MONTHS
         names = groups["n"].str.to_lowercase().str.slice(0, 3)
         parts["m"] = _number(names.replace_strict(number, default=None, return_dtype=pl.Float64))
     if "f" in groups.columns:
@@ -132,5 +145,6 @@ def _offset(zone: pl.Series) -> np.ndarray:
     digits = zone.str.replace_all("[^0-9]", "")
     hours, minutes = _number(digits.str.slice(0, 2)), np.nan_to_num(_number(digits.str.slice(2, 2)))
     sign = np.where(zone.str.starts_with("-").fill_null(False).to_numpy(), -1.0, 1.0)
-    value = np.where(np.isnan(hours), 0.0, sign * (hours * 3600.0 + minutes * 60.0))
+    named = zone.str.to_lowercase().replace_strict(ZONES, default=0, return_dtype=pl.Float64)
+    value = np.where(np.isnan(hours), 3600.0 * _number(named), sign * (hours * 3600.0 + minutes * 60.0))
     return np.where(zone.is_null().to_numpy(), np.nan, value)

@@ -3,3 +3,7 @@
 
 class InputError(ValueError):
     """The input cannot be used as it is; the message names the file, what was found and what was expected."""
+
+
+class NoTable(InputError):
+    """The file holds no positions at all, such as a note or a picture beside tables."""

@@ -17,8 +17,9 @@ from pathlib import Path
 
 import polars as pl
 
-from .archives import files_inside, members
-from .errors import InputError
+from .archives import Member, files_inside, members
+from .encodings import plain_text, western_text
+from .errors import InputError, NoTable
 from .formats import csv as csv_text
 from .formats import json as json_text
 from .formats import nested
@@ -90,20 +91,32 @@ def expand(inputs: Sequence[str | Path]) -> list[Path]:
     return list(found)
 
 
-def open_tables(path: Path) -> Iterator[Table]:
-    """The table of a file, or those of all files in a ZIP archive, called `archive.zip/file`. Errors: InputError."""
+def open_tables(path: Path, left_out: list[str] | None = None) -> Iterator[Table]:
+    """The table of a file, or those of all files in a ZIP archive, called `archive.zip/file`. Errors: InputError; notes
+    and pictures that an archive holds beside tables are named in `left_out`, if that is given.
+    """
     packed = members(path) if path.is_file() else []
     if len(packed) < 2:
         yield open_table(path)
         return
     for member in packed:
-        content = member.content()
-        file = f"{name_of(path)}/{member.name}"
-        if content.startswith(b"\x1f\x8b"):
-            content = _unpacked(file, content)
-        if content:
-            check_foreign(file, content[:16])
-        yield open_content(file, content)
+        try:
+            table = _open_member(f"{name_of(path)}/{member.name}", member)
+        except NoTable as error:
+            if left_out is None:
+                raise
+            left_out.append(str(error).splitlines()[0])
+            continue
+        yield table
+
+
+def _open_member(file: str, member: Member) -> Table:
+    content = member.content()
+    if content.startswith(b"\x1f\x8b"):
+        content = _unpacked(file, content)
+    if content:
+        check_foreign(file, content[:16])
+    return open_content(file, content)
 
 
 def name_of(path: Path) -> str:
@@ -140,7 +153,7 @@ def check_foreign(file: str, head: bytes) -> None:
     """Errors: InputError for content that is known but not read."""
     for magic, what in FOREIGN.items():
         if head.startswith(magic):
-            raise InputError(f"{file} is {what}")
+            raise NoTable(f"{file} is {what}")
     if head[8:12] == b".FIT":
         raise InputError(f"{file} is a FIT file of a sports watch (export it as GPX or TCX)")
 
@@ -186,9 +199,9 @@ def open_content(file: str, content: bytes) -> Table:
     for magic, kind in MAGIC.items():
         if content.startswith(magic):
             return _columnar(file, io.BytesIO(content), kind)
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        content = content.decode("utf-16", errors="replace").encode()
-    content = content.removeprefix(b"\xef\xbb\xbf")
+    if content.startswith(b"\x1f\x8b"):
+        content = _unpacked(file, content)  # packed twice
+    content, said = plain_text(content)
     start = content[:4096].lstrip()[:1]
     if not start and not content.strip():
         raise InputError(f"{file} is empty")
@@ -197,17 +210,20 @@ def open_content(file: str, content: bytes) -> Table:
         if known.recognises(head):
             records = known.read(file, content)
             note = f"read as {known.title}"
-            return Table(file, known.title, records.names, records.read, (note, *records.notes), records.fixed)
+            return Table(file, known.title, records.names, records.read, (note, *said, *records.notes), records.fixed)
     if start in (b"[", b"{"):
         return _json(file, content)
     if start == b"<":
-        raise InputError(f"{file} is XML or HTML of an unknown kind; jink reads GPX, KML and TCX of that sort")
+        raise NoTable(f"{file} is XML or HTML of an unknown kind; jink reads GPX, KML and TCX of that sort")
+    if content[257:262] == b"ustar":
+        raise NoTable(f"{file} is a tar archive (unpack it, or pack its files as ZIP)")
     if b"\x00" in content[:4096]:
-        raise InputError(
+        raise NoTable(
             f"{file} is a binary file of an unknown format; jink reads CSV, Parquet, Arrow/Feather, JSON and JSON Lines"
         )
+    content, western = western_text(content)
     table = csv_text.CsvText(file, content)
-    return Table(file, "csv", table.names, table.read, table.notes)
+    return Table(file, "csv", table.names, table.read, (*said, *western, *table.notes))
 
 
 def _json(file: str, content: bytes) -> Table:

@@ -10,14 +10,14 @@ import polars as pl
 
 from .columns import Columns, recognise
 from .conventions import Conventions
-from .errors import InputError
+from .errors import InputError, NoTable
 from .files import Rows, Table, expand, name_of, open_tables
 from .formats import mot
 from .kept import alike, check_kept, kept
 from .layouts import Layout, layout_of
 from .meaning import doubtful
 from .measurements import Measurements, measure
-from .same_names import keep_apart
+from .same_names import keep_apart, one_spelling
 from .stages import stage
 
 LOCAL = (mot.FORMAT.title,)  # formats that number the targets of each file from 1
@@ -106,9 +106,16 @@ def load_files(
     count = 0
     for number, path in enumerate(paths):
         try:
-            for table in open_tables(path):
+            for table in open_tables(path, left_out):
+                try:
+                    part, total = load_table(table, how)
+                except NoTable as error:
+                    # an archive holds notes beside its tables, too
+                    if table.file == name_of(path):
+                        raise
+                    left_out.append(str(error).splitlines()[0])
+                    continue
                 names += table.names
-                part, total = load_table(table, how)
                 parts.append(part)
                 files.append(table.file)
                 local.append(table.format in LOCAL)
@@ -121,9 +128,11 @@ def load_files(
         if progress:
             progress(number + 1, len(paths))
     if not parts:
-        raise InputError("no file of the folder can be read:\n" + "\n".join(f"  {reason}" for reason in left_out))
+        reasons = "\n".join(f"  {reason}" for reason in left_out)
+        raise InputError(f"no file of the folder or archive can be read:\n{reasons}")
     check_kept(how.keep, names)
     keep_apart(parts, files, local)
+    one_spelling(parts)
     whole = together(parts, files)
     whole.notes += [f"left out: {reason}" for reason in left_out[:5]]
     if len(left_out) > 5:
@@ -167,6 +176,7 @@ def load_frame(frame: pl.DataFrame, how: Reading) -> Loaded:
         carried=carried,
     )
     measurements.notes[:0] = notes
+    one_spelling([measurements])
     return Loaded(measurements, [], frame.height)
 
 

@@ -33,7 +33,7 @@ from .projections import degrees, maybe_mercator, srid, unprojected
 from .quality import placeholders
 from .sheet import Sheet
 from .units import DEGREE, LENGTH, SEMICIRCLE, SPEED
-from .values import numbers
+from .values import numbers, texts
 
 HEMISPHERES = {"latitude": ("north_south", "NS"), "longitude": ("east_west", "EW")}
 WITH_UNIT = r"^(?P<number>[-+]?\d[\d.,]*) ?(?P<unit>[A-Za-z][A-Za-z/]*)$"
@@ -147,6 +147,7 @@ def _geographic(sheet: Sheet) -> None:
         _split(sheet)
     for role in ("latitude", "longitude"):
         _from_text(sheet, role)
+        _with_minutes(sheet, role)
     sheet.drop("place")
     for role, (mark, letters) in HEMISPHERES.items():
         if mark in sheet:
@@ -193,6 +194,26 @@ def _from_text(sheet: Sheet, role: str) -> None:
         sheet.notes.append(
             f"{role} in column {sheet.shown(role)!r} is text with letters, minutes or seconds, and is read as such"
         )
+
+
+def _with_minutes(sheet: Sheet, role: str) -> None:
+    """Whole degrees, minutes and perhaps seconds in columns of their own."""
+    finer = [f"{role}_minutes", f"{role}_seconds"]
+    there = [name for name in finer if name in sheet]
+    value = sheet.numbers(role)
+    known = value[np.isfinite(value)]
+    fits = finer[0] in sheet and known.size and not (known % 1).any() and sheet.roles[role].unit == DEGREE
+    if fits:
+        size = np.abs(value)
+        for name, parts in zip(finer, (60.0, 3600.0), strict=True):
+            if name in sheet:
+                size = size + sheet.numbers(name) / parts
+        # of -0 degrees text alone knows the sign
+        south = texts(sheet.series(role)).str.strip_chars().str.starts_with("-").fill_null(False).to_numpy()
+        shown = " + ".join(sheet.shown(name) for name in (role, *there))
+        sheet.put(role, np.where(south, -size, size), DEGREE, shown)
+        sheet.notes.append(f"{role} is put together from columns {shown}")
+    sheet.drop(*finer)
 
 
 def _hemisphere(sheet: Sheet, role: str, mark: str, letters: str) -> None:

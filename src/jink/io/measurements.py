@@ -252,6 +252,8 @@ def target_names(series: pl.Series) -> pl.Series:
         if whole.filter(series.is_not_null()).all():
             series = series.cast(pl.Int64, strict=False)
     text = texts(series).str.strip_chars()
+    if series.dtype == pl.String and text.str.contains(r"^\d+\.0+$").all():
+        text = text.str.replace(r"\.0+$", "")
     return text.set(text == "", None)
 
 

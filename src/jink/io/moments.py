@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
+
 import numpy as np
 import polars as pl
 
-from .clocks import read_times
+from .clocks import DECIMAL_COMMA, read_times
 from .columns import listed, normal
 from .conventions import Times
 from .dates import OF_DAY, readings
 from .errors import InputError
 from .evidence import Motion
-from .numeric_times import EARLY
+from .numeric_times import DAY, EARLY
 from .sheet import WILD, Sheet
 from .values import numbers, texts
 
+APPLE_EPOCH = 978_307_200.0  # s: 2001-01-01
 GPS_EPOCH = 315_964_800.0  # s: 1980-01-06, where GPS weeks begin
 WEEK = 604_800.0
 # s since 1970 of each leap second since GPS began
@@ -221,7 +224,7 @@ def read_moments(sheet: Sheet, time_unit: str | None, motion: Motion | None) -> 
     """The seconds of every row's measurement: GPS weeks, the time of the position or its age are taken into account."""
     column = sheet.roles["time"]
     times = _of_week(sheet) or read_times(sheet.where, sheet.series("time"), column.unit, time_unit, sheet.how, motion)
-    sheet.notes += times.notes
+    sheet.notes += [*times.notes, *_another_beginning(sheet, times)]
     if "time" in sheet.told:
         sheet.drop("position_time")
     if "position_time" in sheet:
@@ -229,6 +232,26 @@ def read_moments(sheet: Sheet, time_unit: str | None, motion: Motion | None) -> 
     if "age" in sheet:
         times = _less_age(sheet, times)
     return times
+
+
+def _another_beginning(sheet: Sheet, times: Times) -> list[str]:
+    """What is to be said of seconds that may count since 1980 (GPS) or since 2001 (Apple): nothing in them decides."""
+    column, known = sheet.roles["time"], times.seconds[np.isfinite(times.seconds)]
+    if not times.absolute or not known.size or not sheet.series("time").dtype.is_numeric() or "week" in sheet:
+        return []
+    middle, now = float(np.median(known)), datetime.now(UTC).timestamp()
+    for origin, words, may in (
+        (GPS_EPOCH - len(LEAPS), "GPS (since 1980-01-06)", "gps" in normal(column.name).split("_")),
+        (APPLE_EPOCH, "Apple (since 2001-01-01)", middle < now - APPLE_EPOCH and middle > EARLY),
+    ):
+        other = middle + origin
+        if may and other < now + DAY:
+            date, otherwise = (datetime.fromtimestamp(each, UTC).date() for each in (middle, other))
+            return [
+                f"times in column {sheet.shown('time')!r} count from 1970 ({date}); if they are seconds of {words}, "
+                f"dates are {otherwise}: add {origin:.0f} s to the column"
+            ]
+    return []
 
 
 def _of_week(sheet: Sheet) -> Times | None:
@@ -312,6 +335,8 @@ def with_midnights(seconds: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, 
 
 def wants_motion(series: pl.Series) -> bool:
     """Whether the size of the numbers leaves open what they count."""
+    if series.dtype == pl.String and series.str.contains(DECIMAL_COMMA).sum() >= 0.5 * series.count():
+        series = series.str.replace(",", ".")
     if _is_text(series):
         return False
     value = numbers(series)[0]

@@ -26,6 +26,13 @@ DAYS = {
     "MATLAB datenum": (726_834.0, 745_096.0, 719_529.0),
     "Julian days": (2_447_892.5, 2_466_154.5, 2_440_587.5),
 }
+# ticks since other beginnings: the least and the largest number from 1990 to 2040, seconds of one, and the number's
+# second in 1970. As time since 1970 they would be of 1973 to 1990, or of centuries to come.
+TICKS = (
+    ("ticks of 100 ns since the year 1 (.NET)", 6.2766e17, 6.4345e17, 1e-7, 62_135_596_800.0),
+    ("ticks of 100 ns since 1601 (Windows)", 1.22755e17, 1.38536e17, 1e-7, 11_644_473_600.0),
+    ("microseconds since 1601 (WebKit)", 1.22755e16, 1.38536e16, 1e-6, 11_644_473_600.0),
+)
 DIGITS = ((14, 1e13, 1e14), (12, 1e11, 1e12))  # yyyymmddHHMMSS and yyyymmddHHMM as numbers
 
 
@@ -40,6 +47,9 @@ def numeric_times(where: str, value: np.ndarray, how: Conventions, motion: Motio
     dates = _digits(value, how)
     if dates is not None:
         return dates
+    ticks = _ticks(value)
+    if ticks is not None:
+        return ticks
     size = size_of(value)
     for least, name, factor in SIZES:
         if size >= least:
@@ -54,6 +64,15 @@ def numeric_times(where: str, value: np.ndarray, how: Conventions, motion: Motio
             note = [] if name == "s" else [f"times are taken as {name} since 1970"]
             return Times(value * factor, True, note)
     return _small(where, value, motion)
+
+
+def _ticks(value: np.ndarray) -> Times | None:
+    """Ticks of Windows, if every value is one."""
+    known = value[np.isfinite(value)]
+    for words, least, most, tick, origin in TICKS:
+        if known.size and known.min() >= least and known.max() <= most:
+            return Times(value * tick - origin, True, [f"times are taken as {words}; --time-unit sets another"])
+    return None
 
 
 def _mixed(value: np.ndarray) -> Times | None:

@@ -151,6 +151,12 @@ def refused(sheet: Sheet) -> list[Problem]:
     if "station" in sheet:
         fixed = texts(sheet.series("station")).str.to_lowercase().str.contains(FIXED).fill_null(False).to_numpy()
         found.append(("a base station or an aid to navigation does not move", fixed, sheet.series("station")))
+    if "target" in sheet and normal(sheet.roles["target"].name) == "mmsi":
+        number = numbers(sheet.series("target"))[0]
+        # 00MIDxxxx and 99MIDxxxx
+        fixed = (number >= 1e6) & (number < 1e7) | (number >= 9.9e8) & (number < 1e9)
+        if fixed.any():
+            found.append(("its MMSI is of a base station or an aid to navigation", fixed, sheet.series("target")))
     for role, marks in (("valid", NO), ("outlier", YES)):
         if role not in sheet:
             continue

@@ -63,7 +63,7 @@ ROLES: Named = {
         ANGLE,
         (
             *("latitude", "lat", "position_latitude", "location_lat", "gps_lat", "gps_latitude", "position_lat"),
-            *("latitud", "breitengrad"),
+            *("latitud", "breitengrad", "breite"),
         ),
     ),
     "longitude": (
@@ -71,7 +71,7 @@ ROLES: Named = {
         (
             *("longitude", "lon", "lng", "long", "position_longitude", "location_long"),
             *("gps_lon", "gps_long", "gps_longitude", "location_lng", "location_lon", "position_long", "position_lon"),
-            *("longitud", "langengrad", "laengengrad"),
+            *("longitud", "langengrad", "laengengrad", "lange", "laenge"),
         ),
     ),
     "altitude": (
@@ -200,6 +200,16 @@ ROLES: Named = {
             *("longitude_hemisphere", "ew_indicator", "e_w_indicator", "gps_longitude_ref", "lonh", "longitude_dir"),
         ),
     ),
+    "latitude_minutes": ({}, ("lat_min", "lat_minutes", "lat_minute", "latitude_min", "latitude_minutes", "lat_mm")),
+    "latitude_seconds": ({}, ("lat_sec", "lat_seconds", "lat_second", "latitude_sec", "latitude_seconds", "lat_ss")),
+    "longitude_minutes": (
+        {},
+        ("lon_min", "lon_minutes", "lon_minute", "longitude_min", "longitude_minutes", "lon_mm", "long_min", "lng_min"),
+    ),
+    "longitude_seconds": (
+        {},
+        ("lon_sec", "lon_seconds", "lon_second", "longitude_sec", "longitude_seconds", "lon_ss", "long_sec", "lng_sec"),
+    ),
     "position_time": (TIME, ("position_time", "lastposupdate", "last_pos_update", "time_position", "timeposition")),
     "age": (TIME, ("seen_pos", "position_age", "age_of_position", "pos_age")),
     "accuracy": (
@@ -243,6 +253,7 @@ ROLES: Named = {
 }
 MARKS = {
     *("year", "month", "day", "hour", "minute", "second", "nanosecond"),
+    *("latitude_minutes", "latitude_seconds", "longitude_minutes", "longitude_seconds"),
     *("place", "date", "week", "north_south", "east_west", "position_time", "age"),
     *("velocity_accuracy", "vertical_rate_accuracy", "nacv"),
     *("accuracy", "vertical_accuracy", "variance", "hdop", "on_ground", "station", "valid", "outlier"),

@@ -1,14 +1,19 @@
-"""Files whose names for targets hold inside each file alone: boxes of MOTChallenge, and tracks without identity."""
+"""Names of targets over all inputs: those that hold inside one file alone, and addresses in two spellings."""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from pathlib import PurePath
 
 import polars as pl
 
+from .columns import normal
 from .measurements import Measurements
+
+ADDRESSES = {"icao24", "icao", "hex", "hexident", "hex_ident", "address"}
+ADDRESS = re.compile("[0-9A-Fa-f]{6}")
 
 
 def keep_apart(parts: Sequence[Measurements], files: Sequence[str], local: Sequence[bool]) -> None:
@@ -35,6 +40,27 @@ def keep_apart(parts: Sequence[Measurements], files: Sequence[str], local: Seque
         parts[i].notes.append(
             "several files name their targets alike at the same times: the file's name stands before the target's"
         )
+
+
+def one_spelling(parts: Sequence[Measurements]) -> None:
+    """Aircraft addresses in capital and in small letters (SBS-1 and readsb) are one target, in place, as first written.
+
+    Only addresses of 24 bits in hexadecimal are: other names may differ by their letters alone.
+    """
+    addressed = [part for part in parts if normal(part.named.get("target", "")) in ADDRESSES]
+    names = [name for part in addressed for name in part.rows["target"].unique(maintain_order=True).drop_nulls()]
+    first: dict[str, str] = {}
+    other: dict[str, str] = {}
+    for name in names:
+        if ADDRESS.fullmatch(name) and first.setdefault(name.lower(), name) != name:
+            other[name] = first[name.lower()]
+    if not other:
+        return
+    for part in addressed:
+        part.rows = part.rows.with_columns(pl.col("target").replace(other))
+    addressed[0].notes.append(
+        f"{len(set(other.values()))} addresses are written in capital and in small letters; each is one target"
+    )
 
 
 def _meet(parts: Sequence[Measurements]) -> bool:

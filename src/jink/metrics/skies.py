@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks import Array
+from ..checks import Array, by_hints
 from .figure import Figure, ratio_influence, spread
 from .sets import gospa
 
@@ -86,6 +86,7 @@ class _Run:
         return kept
 
 
+@by_hints
 def sky_figures(truth: Iterable[Sequence[Picture]], estimate: Iterable[Sequence[Picture]], c: float) -> SkyFigures:
     """Runs of scans, both in the same order; c is the cut-off of GOSPA (p = α = 2)."""
     runs: list[_Run] = []

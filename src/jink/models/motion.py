@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 from .._engine import native
-from ..checks import PerAxis, exactly_one, per_axis, positive
+from ..checks import PerAxis, exactly_one, number, per_axis, positive
 
 # what the engine takes of a motion model
 NativeMode = native.Mode
@@ -194,7 +194,7 @@ class KnownTurn:
     name: ClassVar[str] = "known_turn"
 
     def __post_init__(self) -> None:
-        if not abs(float(self.turn_rate)) < 100:
+        if not abs(number("turn_rate", self.turn_rate)) < 100:
             raise ValueError(f"turn_rate: expected rad/s, got {self.turn_rate!r}")
         self._noise()
 

@@ -8,7 +8,7 @@ from math import inf, pi
 
 import numpy as np
 
-from ..checks import PerAxis, positive, probability
+from ..checks import PerAxis, numbers, positive, probability
 from .sensor import Polar, Position, Sensor
 
 
@@ -55,7 +55,7 @@ class Radar:
         positive("Radar.height", self.height)
         positive("Radar.fastest", self.fastest)
         if self.area is not None:
-            a = [float(v) for v in self.area]
+            a = numbers("Radar.area", self.area).reshape(-1).tolist()
             if len(a) != 4 or not np.all(np.isfinite(a)) or not (a[0] < a[1] and a[2] < a[3]):
                 raise ValueError(f"Radar.area: expected (x from, x to, y from, y to) in metres, got {self.area!r}")
         polar = self.range_sd is not None or self.azimuth_sd is not None

@@ -40,6 +40,8 @@ def plot(what: object, *, title: str | None = None, summary: Mapping[str, object
     ``details=True``, or a race of :func:`jink.compare.compare`. summary: counts and settings to be shown beside a
     DataFrame's tracks. Errors: ValueError naming the columns that are missing; TypeError for something else.
     """
+    if summary is not None and not isinstance(summary, Mapping):
+        raise TypeError(f"summary: expected a mapping, got {type(summary).__name__}")
     if isinstance(what, Race):
         from .race_page import page_text as race_text
 
@@ -55,6 +57,7 @@ def plot(what: object, *, title: str | None = None, summary: Mapping[str, object
         tracks = from_any(what)
     except InputError:
         raise TypeError(
-            f"plot: expected tracks (a DataFrame of jink.track) or a race of jink.compare, got {type(what).__name__}"
+            "plot: what: expected tracks (a DataFrame of jink.track) or a race of jink.compare, "
+            f"got {type(what).__name__}"
         ) from None
     return Page(page_text(tracks, summary or {}, title, sky))

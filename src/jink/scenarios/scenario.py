@@ -147,10 +147,13 @@ class Scenario:
 
 def _numbers(runs: int | Sequence[int] | np.ndarray) -> np.ndarray:
     if isinstance(runs, int | np.integer):
-        if runs < 1:
+        if not 1 <= runs < 2**40:
             raise ValueError(f"runs: expected at least 1, got {runs}")
         return np.arange(int(runs))
-    numbers = np.asarray(runs, dtype=np.int64)
+    try:
+        numbers = np.asarray(runs, dtype=np.int64)
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"runs: expected a number of runs, or the numbers of some, got {runs!r}") from None
     if numbers.ndim != 1 or numbers.size == 0:
         raise ValueError(f"runs: expected a number of at least 1, or the numbers of some runs, got {runs!r}")
     return numbers

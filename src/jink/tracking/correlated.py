@@ -13,6 +13,7 @@ without.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import chain, combinations
 
 import numpy as np
@@ -28,12 +29,38 @@ SURE = 25.0  # of squares in sds, that sigma has to save
 GOOD = 12.0  # the same that may remain
 AS_GOOD = 2.0  # more than the least that may remain, of another explanation
 MORE = 3.0  # times the white variance
+DOUBT = 3.0  # sds below what errors would make: then a target does not have them
 
 
-def correlated_errors(
-    time: np.ndarray, plane: np.ndarray, target: np.ndarray, targets: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """The sd (m) of the errors of each target, and the seconds over which they are correlated; NaN where they are not.
+@dataclass(frozen=True)
+class Correlated:
+    """Of each target: the sd (m) of its errors and the seconds over which they are correlated, NaN where they are not;
+    the variances of its differences and their counts (G, K), and its usual step (s).
+    """
+
+    sd: np.ndarray
+    seconds: np.ndarray
+    variances: np.ndarray
+    counts: np.ndarray
+    step: np.ndarray
+
+    def may_have(self, sd: float, seconds: float) -> np.ndarray:
+        """Targets (G,) whose differences are not clearly smaller than errors of this sd and duration make them."""
+        made = sd**2 * shape_of(np.array(SPACINGS) * self.step[:, None] / seconds)
+        sure = 1.0 - DOUBT * RELATIVE / np.sqrt(np.maximum(self.counts, 1))
+        with np.errstate(invalid="ignore"):
+            smaller = self.variances < np.maximum(sure, 0.0) * made
+        return ~smaller.any(axis=1)
+
+
+def shape_of(rows: np.ndarray) -> np.ndarray:
+    """The variance of third differences of first-order Markov errors of sd 1, in that of white ones; rows: s T / τ."""
+    rho = np.exp(-rows)
+    return (10.0 - 15.0 * rho + 6.0 * rho**2 - rho**3) / 10.0
+
+
+def correlated_errors(time: np.ndarray, plane: np.ndarray, target: np.ndarray, targets: int) -> Correlated:
+    """Of each target whether its errors are correlated.
 
     time (N,) s, plane (N, 2) m, target (N,) numbers the targets, whose rows stand together.
     """
@@ -44,9 +71,10 @@ def correlated_errors(
     # most targets are told from others by two spacings, so that the rest is looked at of few
     looked = np.isin(target, np.unique(target[starts[lengths >= ROWS]]))
     sd, seconds = np.full(targets, np.nan), np.full(targets, np.nan)
+    growing = np.zeros(targets, bool)
     for these in ((2, 0), (1, 3), (4, 5)):
         if not looked.any():
-            return sd, seconds
+            break
         for k in these:
             some = within % SPACINGS[k] == 0
             usual = _usual_step(time, target, some)
@@ -58,11 +86,11 @@ def correlated_errors(
         looked &= growing[target]
     grows = np.flatnonzero(growing & np.isfinite(V[:, :4]).all(axis=1))
     if not grows.size:
-        return sd, seconds
+        return Correlated(sd, seconds, V, n, np.full(targets, np.nan))
     step = grouped_quantile(np.diff(time, prepend=np.nan), target, targets, 0.5)
     found, rows = _explained(V[grows], n[grows])
     sd[grows], seconds[grows] = found, rows * step[grows]
-    return sd, seconds
+    return Correlated(sd, seconds, V, n, step)
 
 
 def _usual_step(time: np.ndarray, target: np.ndarray, some: np.ndarray) -> float:
@@ -96,8 +124,7 @@ def _explained(V: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         least = np.minimum(least, squares)
     fits = []
     for lasting in LASTING:
-        rho = np.exp(-s / lasting)
-        markov = (10.0 - 15.0 * rho + 6.0 * rho**2 - rho**3) / 10.0
+        markov = shape_of(s / lasting)
         for parts in _subsets(3):
             values, squares = _fit(np.vstack([markov, plain[list(parts)]]), weight, target)
             white = values[:, 1] if 0 in parts else np.zeros(len(V))

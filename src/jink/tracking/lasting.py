@@ -15,7 +15,8 @@ from .correlated import correlated_errors
 FIGURES = ("lasting_sd", "lasting_seconds")  # of a source: m and s
 KEPT = 0.75  # of the variance of errors that last
 LARGER = 1.5  # times the sd that third differences show
-SHARE = 0.5  # of the groups of a source, or of its parts: fewer are chance
+SHARE = 0.5  # of the parts of a source that can tell: fewer are chance
+SOME = 0.2  # of all its parts: turning targets cannot tell
 
 
 def lasting_errors(
@@ -24,21 +25,28 @@ def lasting_errors(
     """Sd (m) and duration (s) of the errors of each group (2, G), NaN where they do not last.
 
     time (N,) s, plane (N, 2) m, new (N,) marks first rows of parts; group (N,) of each row, of_source (G,) the source
-    of each group; white (G,): sds as third differences show them.
+    of each group; white (G,): sds as third differences show them. Groups that turn and cannot tell have the
+    usual errors of their source.
     """
     part = np.cumsum(new) - 1
     first = np.flatnonzero(new)
-    figures = np.array(correlated_errors(time, plane, part, first.size))
+    told = correlated_errors(time, plane, part, first.size)
+    figures = np.array([told.sd, told.seconds])
     of_part = group[first]
     with np.errstate(invalid="ignore"):
         found = figures[0] > LARGER * white[of_part]
     out = np.full((2, white.size), np.nan)
     for source in np.unique(of_source[of_part[found]]):
         mine = of_source[of_part] == source
-        if found[mine].mean() < SHARE:
+        usual = np.median(figures[:, mine & found], axis=1)
+        may = mine & told.may_have(*usual)
+        if found[mine].mean() < SOME or found[mine].sum() < SHARE * (mine & (found | ~may)).sum():
             continue
         for number in np.unique(of_part[mine & found]):
             out[:, number] = np.median(figures[:, found & (of_part == number)], axis=1)
+        # what turns hides its errors; it has those of the targets that go straight
+        hidden = np.setdiff1d(of_part[may], of_part[found])
+        out[:, hidden] = usual[:, None]
     return out
 
 

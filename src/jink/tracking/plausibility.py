@@ -419,7 +419,8 @@ def _lasting(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
     time = table["time"]
     seconds = time.dt.epoch("us").to_numpy() / 1e6 if isinstance(time.dtype, pl.Datetime) else time.to_numpy()
     plane = table.select("measured_x", "measured_y").to_numpy()
-    sd, lasting = correlated_errors(seconds, plane, of, starts.size)
+    told = correlated_errors(seconds, plane, of, starts.size)
+    sd, lasting = told.sd, told.seconds
     slant = np.full(starts.size, np.nan)
     if "measured_z" not in tracks.columns and kind.extent[1] >= 1e3:
         ends = np.append(starts[1:], len(seconds))

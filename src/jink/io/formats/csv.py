@@ -14,10 +14,14 @@ from ..columns import normal
 from ..errors import InputError
 from ..rejected import unreadable
 from ..roles import POSITIONS, ROLES
+from ..units import ANGLE, LENGTH, SPEED, TIME
 from .head import body, first_line, is_number
 
 MISSING = ["", "NA", "N/A", "NaN", "nan", "NAN", "null", "NULL", "None", "none", "-", "--", "\\N"]
 
+NO_UNIT = {"", "-", "--", "[-]", "(-)", "1", "utc", "UTC", "text", "string", "id", "n/a"}
+ALL_UNITS = {*LENGTH, *ANGLE, *SPEED, *TIME} - {"e7", "e6", "e5", "1e7", ""}
+IDENTIFIERS = set(ROLES["target"][1])
 # names of which a table may have but one
 NEEDED = {name for role in ("time", "target", *sum(POSITIONS.values(), ())) for name in ROLES[role][1]}
 
@@ -43,7 +47,24 @@ class CsvText:
                 f"{file} has no header: its first line is {first[:80]!r}. The first line must name the columns, "
                 "for example target,time,latitude,longitude"
             )
+        self._take_units()
         self.names = self._told_apart(self.names)
+
+    def _take_units(self) -> None:
+        """A line of units below the header (`-, s, km, km`) goes into the names, and is no row."""
+        head, _, rest = self.content.partition(b"\n")
+        line = first_line(rest).decode("utf-8", errors="replace").rstrip("\r")
+        units = [unit.strip() for unit in fields_of(self.file, line, self.separator)] if line.strip() else []
+        if len(units) != len(self.names) or not all(unit in NO_UNIT or normal(unit) in ALL_UNITS for unit in units):
+            return
+        if sum(normal(unit) in ALL_UNITS for unit in units) < 2:
+            return
+        self.names = [
+            name if normal(unit) not in ALL_UNITS or normal(name).endswith(normal(unit)) else f"{name} [{unit}]"
+            for name, unit in zip(self.names, (unit.strip("[]()") for unit in units), strict=True)
+        ]
+        self.content = head + b"\n" + rest[len(first_line(rest)) + 1 :]
+        self.notes += ("the line of units below the header is read",)
 
     def _told_apart(self, names: list[str]) -> list[str]:
         """Second columns of a name get a number, unless it names a time, a position or a target: which is meant?"""
@@ -82,9 +103,28 @@ class CsvText:
                 continue
             # by place, since names may repeat or have blanks around them
             frame.columns = ordered
+            frame = self._with_names(frame)
             if frame.height == self.content.count(b"\n"):
                 return frame.select(wanted).with_row_index("row"), unreadable()
         return self._line_by_line(wanted)
+
+    def _with_names(self, frame: pl.DataFrame) -> pl.DataFrame:
+        """Identifiers such as 3e1234 stay text (as a number that one is infinite), and so do degrees of -0."""
+        zero = f"{self.separator}-0{self.separator}".encode() in self.content
+        wrong = [
+            name
+            for name, kind in frame.schema.items()
+            if (kind == pl.Float64 and (normal(name) in IDENTIFIERS or frame[name].is_infinite().any()))
+            or (kind == pl.Int64 and zero and normal(name).startswith(("lat", "lon", "lng")))
+        ]
+        if not wrong:
+            return frame
+        places = [self.names.index(name) for name in wrong]
+        text = pl.read_csv(
+            self.content, separator=self.separator, null_values=MISSING, columns=places, infer_schema=False
+        )
+        text.columns = wrong
+        return frame.with_columns(text) if text.height == frame.height else frame
 
     def _even(self) -> bool:
         """Whether all lines can have as many fields as the header. Polars fills short lines silently."""

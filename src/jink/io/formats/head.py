@@ -140,6 +140,8 @@ def _without(content: bytes, header: str, sign: bytes, notes: list[str]) -> byte
 def _even_ends(content: bytes, separator: bytes) -> bytes:
     """A separator that ends every row but not the header, or the header but not the rows."""
     pieces = content[: _end_of_line(content, 2)].split(b"\n")
+    if len(pieces) > 1 and _rows_are_named(pieces[0], pieces[1], separator.decode()):
+        return b"row_name" + separator + content
     if len(pieces) < 2 or b'"' in pieces[0] + pieces[1]:
         return content
     header, row = (piece.rstrip(b"\r") for piece in pieces[:2])
@@ -149,6 +151,12 @@ def _even_ends(content: bytes, separator: bytes) -> bytes:
     if more == -1 and header.endswith(separator):
         return header[: -len(separator)] + content[len(pieces[0]) :]
     return content
+
+
+def _rows_are_named(header: bytes, row: bytes, sign: str) -> bool:
+    """Whether a row begins with its number, which the header has no name for, as R writes tables."""
+    names, fields = (_fields(line.decode("utf-8", errors="replace").strip("\r"), sign) for line in (header, row))
+    return len(fields) == len(names) + 1 > 2 and fields[0].strip() == "1" and bool(fields[-1].strip())
 
 
 def is_number(text: str) -> bool:

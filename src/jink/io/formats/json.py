@@ -20,6 +20,7 @@ from ..rejected import unreadable
 from .records import whole_text
 
 SAMPLE = 1000
+COMMAS = re.compile(rb"\},[ \t]*\r?(?=\n\s*\{|$)")
 FEW = 20_000  # bytes of lines that are read one by one where one of them is bad
 PARTS = 16
 
@@ -30,6 +31,9 @@ class JsonText:
     def __init__(self, file: str, content: bytes):
         self.file = file
         content = content.strip()
+        if content.startswith(b"{") and COMMAS.search(content[: 1 << 16]):
+            # lines that were taken out of an array
+            content = COMMAS.sub(b"}", content)
         self.array = content if content.startswith(b"[") else None
         self.lines = _array_to_lines(content) if self.array is not None else content
         self.types, sound = _sample_types(self.lines)

@@ -61,10 +61,18 @@ def _columns(file: str, content: bytes) -> Records | None:
         return None
     columns = {name: dict(enumerate(c)) if isinstance(c, list) else c for name, c in table.items()}
     if not has_position(list(columns)):
-        return None
+        return _rows_by_name(list(columns.values()))
     keys = list(dict.fromkeys(key for column in columns.values() for key in column))
     rows = [{"row": row} | {name: column.get(key) for name, column in columns.items()} for row, key in enumerate(keys)]
     return Records.of(rows, notes=["JSON by columns is read (as pandas writes it)"])
+
+
+def _rows_by_name(values: list[dict[Any, Any]]) -> Records | None:
+    """An object of rows by their index, as pandas writes (`orient="index"`); None where they name no position."""
+    if not values or not has_position([str(name) for name in values[0]]):
+        return None
+    rows = [{"row": row} | {str(name): item for name, item in value.items()} for row, value in enumerate(values)]
+    return Records.of(rows, notes=["JSON of rows by their index is read (as pandas writes it)"])
 
 
 def _objects(file: str, content: bytes) -> Iterator[Any]:
@@ -88,7 +96,8 @@ def _objects(file: str, content: bytes) -> Iterator[Any]:
 def _leaves(value: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Path and value of every number, text or flag; a list of two or three numbers called coordinates is a place."""
     for name, item in value.items():
-        here = (*path, str(name))
+        # MongoDB says a value's type by a name of its own: {"$date": {"$numberLong": "1705329000000"}}
+        here = path if path and str(name).startswith("$") else (*path, str(name))
         if isinstance(item, dict) and len(here) < DEEPEST:
             yield from _leaves(item, here)
         elif name == "coordinates" and isinstance(item, list) and len(item) in (2, 3):
