@@ -7,6 +7,7 @@ Links to what is no page, such as source files, become text.
 from __future__ import annotations
 
 import ast
+import os
 import re
 import resource
 import shutil
@@ -53,11 +54,21 @@ def reference() -> str:
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == "_HOME"
     )
     homes: dict[str, str] = ast.literal_eval(named)
-    rooms = {"association": "association.tracker", "tracking": "tracking.batch"}
-    names = [f"jink.{rooms.get(home, home)}.{name}" for name, home in homes.items()]
+    names = [f"jink.{_module(home, name)}.{name}" for name, home in homes.items()]
     names += ["jink.compare.race.compare", "jink.compare.result.Race", "jink.fit.fitting.fit", "jink.filters.own.Steps"]
     names += [f"jink.interop.{path.stem}" for path in sorted((ROOT / "src/jink/interop").glob("[a-z]*.py"))]
     return "# Reference\n\n" + "\n\n".join(f"::: {name}" for name in sorted(names, key=str.lower)) + "\n"
+
+
+def _module(home: str, name: str) -> str:
+    """The module that has a public name: a package's is where its __init__ takes it from."""
+    package = ROOT / "src" / "jink" / home.replace(".", "/") / "__init__.py"
+    if not package.is_file():
+        return home
+    for node in ast.parse(package.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ImportFrom) and name in [alias.name for alias in node.names]:
+            return f"{home}.{node.module}"
+    raise LookupError(f"{package}: does not import {name}")
 
 
 def main() -> int:
@@ -65,7 +76,8 @@ def main() -> int:
     began = time.perf_counter()
     gather()
     (SOURCE / "reference.md").write_text(reference(), encoding="utf-8")
-    done = subprocess.run([sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet"], cwd=ROOT, check=False)
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet"]
+    done = subprocess.run(command, cwd=ROOT, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"}, check=False)
     if done.returncode == 0:
         pages = list((ROOT / "build" / "site").rglob("*.html"))
         size = sum(page.stat().st_size for page in pages) / 1e6

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import re
 import warnings
@@ -81,6 +82,13 @@ def hints_of(call) -> dict[str, str]:
         for p in parameters
         if p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)
     }
+
+
+@pytest.fixture(autouse=True, scope="module")
+def elsewhere(tmp_path_factory):
+    """Some arguments are names of files that are written: not into the folder that the tests are run from."""
+    with contextlib.chdir(tmp_path_factory.mktemp("written")):
+        yield
 
 
 @pytest.fixture(scope="module")

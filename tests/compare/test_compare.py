@@ -287,6 +287,17 @@ def test_interrupted_the_finished_runs_are_summarised(monkeypatch):
         assert race.figure(name, "position_rmse") == there.figure(name, "position_rmse")
 
 
+def test_interrupted_in_the_last_figures_all_runs_are_kept(monkeypatch):
+    def stop(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(simulated.bounds, "posterior_bound", stop)
+    scenario = short("random-turns", 20)
+    race = compare(scenario, runs=10, seed=3)
+    assert race.partial and race.runs == 10 and race.bound == {} and race.skipped["PCRB"] == "interrupted"
+    assert race.figure("imm", "position_rmse").value > 0
+
+
 def test_memory_is_the_same_for_many_runs(monkeypatch):
     scenario = short("random-turns", 5)
     race = compare(scenario, runs=2500)

@@ -90,7 +90,7 @@ def test_statuses_that_differ():
 def test_what_it_cannot_take_is_refused():
     with pytest.raises(ValueError, match="measures x alone"):
         jink.AxisByAxis(fuzzy_imm(jink.Position(sd=500.0, axes=2)), 2)
-    with pytest.raises(ValueError, match="axes: expected 2 or 3, got 1"):
+    with pytest.raises(ValueError, match="axes: expected a whole number from 2 to 3, got 1"):
         jink.AxisByAxis(ONE, 1)
     with pytest.raises(ValueError, match=r"z: expected shape \(N, 2\)"):
         jink.AxisByAxis(ONE, 2).filter(np.arange(3.0), np.zeros((3, 3)))

@@ -282,3 +282,31 @@ def test_a_name_that_is_not_there(look, tracks):
     assert "nobody" in opened.page.locator("#list td.nothing").inner_text()
     opened.page.locator("#list td.nothing").click()
     assert opened.complaints == []
+
+
+def test_heights_are_seen_in_three_dimensions(look, tracks):
+    opened = look(tracks(4, 200))
+    page = opened.page
+    assert page.locator(".space").is_hidden()
+    page.click("#space")
+    page.wait_for_timeout(80)
+    picture = "() => document.querySelector('.space canvas').toDataURL()"
+    before = page.evaluate(picture)
+    assert page.locator("#measure").is_disabled() and page.locator("#space").get_attribute("aria-pressed") == "true"
+    box = page.locator(".space").bounding_box()
+    assert box and box["height"] > 200
+    page.mouse.move(box["x"] + 100, box["y"] + 100)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 180, box["y"] + 130, steps=3)
+    page.mouse.up()
+    page.wait_for_timeout(80)
+    assert page.evaluate(picture) != before
+    page.keyboard.press("Escape")
+    assert page.locator(".space").is_hidden() and page.locator("#measure").is_enabled()
+    assert opened.complaints == [] and len(opened.requests) == 1
+
+
+def test_without_heights_there_is_no_third_dimension(look, tracks):
+    opened = look(tracks(3, 100, altitude=False))
+    assert opened.page.locator("#space").is_hidden()
+    assert opened.complaints == []

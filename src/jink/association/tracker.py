@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .._engine import native
 from ..checks import Array, covariance, numbers, positive, probability, thread_count, whole
@@ -285,7 +285,7 @@ class Tracker:
         """
         return run_table(self, data, smooth)
 
-    def taken(self) -> dict[str, Any]:
+    def taken(self) -> dict[str, NDArray[Any]]:
         """Of the tracks of the last scan, in the picture's order, which plots they have taken, and how surely."""
         return self._many.taken(self.report)
 

@@ -31,7 +31,7 @@ from ..tracking.prepare import Settings, prepare
 from .entrants import SUFFIX, Entrant, enter
 from .example import recorded_example
 from .filter_files import from_file
-from .result import Race
+from .result import INTERRUPTED, Race
 from .scores import Tally, part
 from .scores import inside as inside_band
 
@@ -129,7 +129,7 @@ def race_on_file(
     except KeyboardInterrupt:
         if not answers:
             raise
-        skipped |= {name: "interrupted" for name in entrants if name not in answers}
+        skipped |= {name: INTERRUPTED for name in entrants if name not in answers}
     used = recording.scored.copy()
     for name, answer in answers.items():
         if name != "raw":
@@ -139,18 +139,23 @@ def race_on_file(
             f"{path}: no row is predicted by all of these filters: {', '.join(answers)}; compare fewer of them"
         )
     units = int(np.unique(recording.unit[used]).size)
+    example = None
+    try:
+        example = recorded_example(recording, {name: entrants[name].filter for name in answers}, answers)
+    except KeyboardInterrupt:
+        skipped["example"] = INTERRUPTED
     return Race(
         scenario=path,
         words=f"{recording.tracks.rows} recorded rows{recording.of_sample} without truth; "
         f"{int(used.sum())} held-out ones are scored",
         runs=units,
-        asked=units + any(why == "interrupted" for why in skipped.values()),
+        asked=units + any(why == INTERRUPTED for why in skipped.values()),
         seed=seed,
         entrants={name: entrants[name] for name in answers},
         tallies={name: _tally(answer, recording, used) for name, answer in answers.items()},
         skipped=skipped,
         seen=f"{sensor_in_words(recording.sensor)}: noise as estimated from the file",
-        example=recorded_example(recording, {name: entrants[name].filter for name in answers}, answers),
+        example=example,
         unit=recording.units,
         metrics=METRICS,
         compared=("prediction_rmse", "prediction_score"),

@@ -43,6 +43,9 @@ COMPARED = ("position_rmse", "velocity_rmse", "log_score")
 AGAINST = tuple(name for name in ALWAYS if name != "clairvoyant")
 
 
+INTERRUPTED = "interrupted"  # why a figure or a filter is missing, after Ctrl-C
+
+
 @dataclass(kw_only=True)
 class Race:
     """Who took part and what came of it.
@@ -73,7 +76,7 @@ class Race:
     @property
     def partial(self) -> bool:
         """Interrupted?"""
-        return self.runs < self.asked
+        return self.runs < self.asked or INTERRUPTED in self.skipped.values()
 
     def figure(self, name: str, metric: str) -> Figure:
         """A metric of a filter, NaN where it has none."""

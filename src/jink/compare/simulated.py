@@ -24,7 +24,7 @@ from .estimates import Answer, Block, filtered, jointly, per_axis, raw
 from .example import Example, example
 from .filter_files import from_file
 from .priors import PRIORS
-from .result import Race
+from .result import INTERRUPTED, Race
 from .scores import Tally, part, scored
 from .source import Source, drawn
 from .treated import lagged, with_noise_of
@@ -104,6 +104,12 @@ def race(
     except KeyboardInterrupt:
         if not done:
             raise
+    bound: dict[str, float] = {}
+    try:
+        if field.told:
+            bound = bounds.posterior_bound(field.training, field.told, field.first)
+    except KeyboardInterrupt:
+        skipped["PCRB"] = INTERRUPTED
     return Race(
         scenario=scenario.name,
         words=scenario.summary,
@@ -114,7 +120,7 @@ def race(
         entrants=entrants,
         tallies=tallies,
         skipped=skipped,
-        bound=bounds.posterior_bound(field.training, field.told, field.first) if field.told else {},
+        bound=bound,
         example=shown,
         skipped_scans=field.first,
         phases=field.phases,

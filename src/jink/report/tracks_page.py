@@ -24,7 +24,7 @@ from .sky_layers import add_sky
 from .targets import target_table
 from .world import add_world
 
-_SCRIPTS = (*PLAN_AND_CHARTS, "address.js", "replay.js", "exports.js", "sky.js", "tracks.js")
+_SCRIPTS = (*PLAN_AND_CHARTS, "address.js", "replay.js", "exports.js", "space.js", "sky.js", "tracks.js")
 _BYTES = 5_500_000  # aimed at for the arrays before compression, times two: keeps a page below 8 MB
 _MOST_TARGETS = 5_000
 _GATED_BONUS = 0.05

@@ -9,7 +9,7 @@ function saveAs(name, blob) {
 const fileName = (text) => text.replace(/[^\p{L}\p{N}._-]+/gu, "-").slice(0, 80) || "target";
 
 function planAsPng(plan) {
-  const { baseCanvas, overCanvas } = plan.surface;
+  const { baseCanvas, overCanvas } = (plan.instead || plan).surface;
   const canvas = Object.assign(document.createElement("canvas"), { width: baseCanvas.width, height: baseCanvas.height });
   const ctx = canvas.getContext("2d");
   ctx.fillStyle = theme.panel;

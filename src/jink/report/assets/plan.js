@@ -115,6 +115,7 @@ class PlanView {
 
   // Redraws; where that is slow, moves the last picture about first and redraws when the hand rests.
   draw() {
+    if (this.instead) this.instead.surface.schedule();
     const size = `${this.surface.width}x${this.surface.height}`;
     if (this.sizedFor !== size) {
       this.sizedFor = size;
@@ -122,6 +123,7 @@ class PlanView {
       if (this.fitted) this.view = this.fittingView(this.fitted);
     }
     clearTimeout(this.later);
+    if (this.instead) return;
     if (this.moving && this.picture && this.cost > 20) {
       this.drawPicture();
       this.later = setTimeout(() => this.drawAll(), 120);
@@ -231,6 +233,7 @@ class PlanView {
 
   drawOver() {
     const { surface, tracks, cursor } = this;
+    if (this.instead) this.instead.surface.schedule();
     surface.clear(surface.over);
     for (const overlay of [...this.overlays, this.measure]) overlay.draw(surface.over);
     if (cursor < 0 || tracks.X[cursor] !== tracks.X[cursor]) return;

@@ -128,6 +128,11 @@ class TracksPage {
       play: control("play"), slider: control("slider"), text: control("text"), speed: control("speed"), off: control("off"),
     });
     this.plan.overlays.push(this.replay, new Names(this.plan, this.replay, byId("names")));
+    const height = meta.panels.find((p) => p.key === "height");
+    if (height) {
+      const flat = ["measure", "names", "replay-play", "replay-slider"].map(byId);
+      this.space = new SpaceView(this.plan, arrays[height.curves[0].value], byId("space"), flat);
+    }
     this.table = new SortableTable(byId("list"), tableColumns(meta, () => this.system), { onChoose });
     byId("target-count").textContent = groupThousands(String(tracks.names.length));
     this.wire();
@@ -241,7 +246,7 @@ class TracksPage {
     for (const [id, action] of Object.entries(clicks)) byId(id).addEventListener("click", action);
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       readTheme();
-      for (const surface of [plan.surface, charts.surface, charts.ribbon]) surface.schedule();
+      for (const surface of [plan.surface, ...(this.space ? [this.space.surface] : []), charts.surface, charts.ribbon]) surface.schedule();
     });
   }
 }
