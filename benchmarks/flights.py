@@ -95,7 +95,7 @@ def held_out(flight: Flight) -> bool:
 
 
 def local_cubic(time: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Position, velocity and acceleration of the least-squares cubic through sane positions within REACH of each time.
+    """Position, velocity and acceleration of the least-squares cubic through the sane positions within REACH.
 
     NaN where they are too few or one-sided.
     """

@@ -63,7 +63,7 @@ def accelerations(group: Group) -> np.ndarray:
     speed = placed.rows["speed"].to_numpy()
     for first, end in np.lib.stride_tricks.sliding_window_view(placed.offsets, 2).tolist():
         time, place = placed.time[first:end], placed.plane[first:end]
-        _, curve = local_cubic(time, np.column_stack([place, placed.height[first:end]]))
+        _, _, curve = local_cubic(time, np.column_stack([place, placed.height[first:end]]))
         v = np.column_stack([slope(time, place[:, k]) for k in range(2)])
         with np.errstate(invalid="ignore", divide="ignore"):
             across = (v[:, 0] * curve[:, 1] - v[:, 1] * curve[:, 0]) / np.hypot(v[:, 0], v[:, 1])

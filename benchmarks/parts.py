@@ -1,18 +1,20 @@
 """The default filter of aircraft on real flights seen by simulated radars, part by part.
 
     python -m benchmarks.parts [FLIGHTS] [--share 0.01] [--scale 20] [--draws 4] [--half held-out|fitted]
+        [--at-once]
 
 Each flight is seen by a radar of its own place: 70 m and .068 degrees every 12 s, 50 m and .06 degrees every 4 s,
-heights to 10 m. The radar stands 30 to 120 km from the middle of the flight in a random direction. Of the plots a share
-has so many times the noise in range and azimuth. Truth is the local cubic of `benchmarks.flights`. Without FLIGHTS the
-quickstart collection is fetched once. Standard errors are over flights, by the jackknife.
+heights to 10 m. The radar stands 30 to 120 km from the middle of the flight in a random direction. Of the plots a
+share has so many times the noise in range and azimuth. Truth is the local cubic of `benchmarks.flights`. Without
+FLIGHTS the quickstart collection is fetched once. With --at-once outliers are decided without hindsight. Standard
+errors are over flights, by the jackknife.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +23,7 @@ from scipy.stats import chi2
 
 from benchmarks.commands import fetch_collection
 from benchmarks.flights import SETTLED, Flight, flights, held_out
-from jink import Position, default_filter
+from jink import IMM, Position, default_filter
 from jink.fit.regimes import PARTS, parts
 from jink.models.tracks import Tracks
 
@@ -110,10 +112,13 @@ def _plots(
     return flight.time[run], z, covariance, truth, gross
 
 
-def build(radar: Radar, **changes: Any) -> Any:
+def build(radar: Radar, hindsight: bool = True) -> IMM:
     """The default filter for what such a radar sees."""
     sensor = Position(sd=(radar.range_sd, radar.range_sd, HEIGHT_SD), axes=3)
-    return default_filter("aircraft", sensor, interval=radar.period, **changes)
+    default = default_filter("aircraft", sensor, interval=radar.period)
+    taken = {name: getattr(default, name) for name in ("initial", "coast", "coasting")}
+    outliers = replace(default.outliers, hindsight=hindsight)
+    return IMM(default.motions, sensor, default.transition, outliers=outliers, **taken)
 
 
 @dataclass(frozen=True)
@@ -175,8 +180,9 @@ def lines(found: Measured, data: Seen) -> list[str]:
             f"{100 * square[data.gross[data.settled]].sum() / square.sum():.1f} % of the squared error"
         )
     restarts = int((found.status[data.settled] == 4).sum())
-    share = rejected.sum() / (data.settled & ~data.gross).sum()
-    out.append(f"  others rejected {100 * share:.3f} %; {restarts} restarts")
+    out.append(
+        f"  others rejected {100 * rejected.sum() / (data.settled & ~data.gross).sum():.3f} %; {restarts} restarts"
+    )
     return out
 
 
@@ -188,6 +194,7 @@ def main() -> None:
     parser.add_argument("--scale", type=float, default=20.0)
     parser.add_argument("--draws", type=int, default=4)
     parser.add_argument("--half", choices=("held-out", "fitted"), default="held-out")
+    parser.add_argument("--at-once", action="store_true")
     given = parser.parse_args()
     known = flights(given.flights or fetch_collection())
     some = [f for f in known if held_out(f) == (given.half == "held-out")]
@@ -196,7 +203,7 @@ def main() -> None:
         for share in (given.share, 0.0) if given.share else (0.0,):
             data = seen(some, radar, share, given.scale, given.draws)
             print(f"{radar.name}; {100 * share:g} % outliers of {given.scale:g} times the noise")
-            print("\n".join(lines(measure(build(radar), data), data)), flush=True)
+            print("\n".join(lines(measure(build(radar, not given.at_once), data), data)), flush=True)
 
 
 if __name__ == "__main__":

@@ -33,8 +33,13 @@ class Decide {
     // Share that a track keeps of its marginal for a plot that another one owns.
     double left = 0.0;
 
+    // With `weigh_all`, of `marginal`: the logarithm of the sum over all assignments of the product of their weights; else NaN.
+    bool weigh_all = false;
+    double log_total = NAN;
+
     void operator()(Association how, const Weighing &w) {
-        inexact = false;
+        inexact = false, log_total = NAN;
+        beliefs.weigh_all = weigh_all;
         psi = w.ratio;
         found.clear(psi);
         by.take(psi);
@@ -54,6 +59,7 @@ class Decide {
             beliefs(psi, rows, n, found);
         }
         if (how == Association::marginal) {
+            log_total = weigh_all ? beliefs.log_total : NAN;
             follow();
             if (established < 1.0) own(w);
         }
@@ -101,6 +107,7 @@ class Decide {
             for (int e = whole.begin[i]; e < whole.begin[i + 1]; ++e) sum += whole.value[e] * found.lone[whole.plot[e]];
             for (int e = whole.begin[i]; e < whole.begin[i + 1]; ++e) hit[e] = whole.value[e] * found.lone[whole.plot[e]] / sum;
             found.miss[i] = 1.0 / sum;
+            if (weigh_all) log_total += std::log(sum);
         }
         found.hit.swap(hit);
         std::swap(psi, whole);

@@ -264,6 +264,27 @@ void Many::learn(double, int sensor) {
     if (view.scanning) view.undetected *= 1.0 - view.detection;
 }
 
+// log p(plots | earlier ones): false plots and targets not seen before are Poisson, tracks are Bernoulli.
+//     -(lambda + Pd u) area + sum_j log(lambda + Pd u) + sum_i log(1 - r_i Pd) + log(sum over assignments of prod psi)
+double Many::log_likelihood(int sensor) const {
+    const SensorView &view = sensors[sensor];
+    const double ground = view.clutter + view.detection * view.undetected;
+    double sum = decide.log_total - ground * view.area;
+    for (int j = 0; j < plots.count; ++j) sum += std::log(ground * plots.unit[j]);
+    for (int s = 0; s < pool.slots(); ++s)
+        if (pool.live(s)) sum += std::log(1.0 - weighing.existence[s] + weighing.existence[s] * weighing.unseen[s]);
+    return sum;
+}
+
+std::vector<Share> Many::taken(int slot) const {
+    const Life &one = pool.life[slot];
+    // A track that begins has its plot for sure; its row is known already.
+    if (one.age == 0 && one.plot >= 0) return {{one.plot, 1.0}};
+    std::vector<Share> found;
+    for (const Share &each : shares[slot]) found.push_back({plots.row[each.plot], each.weight});
+    return found;
+}
+
 ScanReport Many::scan(double t, int sensor, const PlotRows &rows) {
     ScanReport report;
     const double dt = std::isnan(time) ? 0.0 : t - time;
@@ -275,8 +296,9 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows) {
     predict(t, sensor);
     for (char each : crowded) report.crowded = report.crowded || each;
     weigh(sensor);
-    decide.established = rules.established, decide.left = rules.left;
+    decide.established = rules.established, decide.left = rules.left, decide.weigh_all = rules.likelihood;
     decide(rules.association, weighing);
+    if (rules.likelihood) report.log_likelihood = log_likelihood(sensor);
     report.inexact = decide.inexact;
     for (int s = 0; s < pool.slots(); ++s)
         if (pool.live(s)) share_out(s);

@@ -48,6 +48,7 @@ struct ManyRules {
     double patience = 0.1;                     // existence from which a track without a second plot in its second scan goes on
     int young = 2, crowd = 8;                  // scans and plots: older, with r < 0.5 and more plots in the gate, a track is dropped
     int most_plots = 64, most_tracks = 200000;
+    bool likelihood = false;                   // report that of each scan
     int threads = 1;
 };
 
@@ -55,6 +56,7 @@ struct ManyRules {
 struct ScanReport {
     int plots = 0, unusable = 0, born = 0, dropped = 0, merged = 0, living = 0, confirmed = 0;
     bool crowded = false, full = false, inexact = false;  // gates with too many plots; no room for more tracks; JPDA by beliefs
+    double log_likelihood = NAN;                          // of the scan's plots given those before
 };
 
 // Where an established track is, and how surely: for merging.
@@ -84,6 +86,9 @@ class Many {
     // A target that is known to be there, in the reported components.
     std::int64_t add(double t, const double *x, const double *P, double existence);
 
+    // Which plots each of these slots has taken in the last scan: rows of the scan and weights; the rest of a weight of one is "no plot".
+    std::vector<Share> taken(int slot) const;
+
     std::vector<double> save() const;
     void restore(const std::vector<double> &state);
 
@@ -106,6 +111,7 @@ class Many {
     void share_out(int slot);
     void bear(double t, int sensor, ScanReport &report);
     void learn(double dt, int sensor);
+    double log_likelihood(int sensor) const;
     bool outside(int slot) const;
     void judge(double t, int sensor, ScanReport &report);
     void place(int slot);

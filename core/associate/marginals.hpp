@@ -26,8 +26,12 @@ class BeliefPropagation {
   public:
     double tolerance = 1e-4;  // largest change of a message in the last sweep, relative to the message and to a thousandth
     int sweeps = 200;
+    // Logarithm of the sum over all assignments of the product of their weights (Bethe's approximation, exact on trees), added up
+    // over the clusters since `prepare`: sum_i log(1 + sum_j psi nu) + sum_j log(1 + sum_i mu) - sum_ij log(1 + mu nu).
+    bool weigh_all = false;
+    double log_total = 0.0;
 
-    void prepare(const Edges &psi, const ByPlot &by) { mu.assign(psi.count(), 0.0), nu.assign(psi.count(), 1.0), index = &by; }
+    void prepare(const Edges &psi, const ByPlot &by) { mu.assign(psi.count(), 0.0), nu.assign(psi.count(), 1.0), index = &by, log_total = 0.0; }
 
     // Of the rows of one cluster; returns how many sweeps it took.
     int operator()(const Edges &psi, const int *rows, int n, Marginals &out) {
@@ -87,11 +91,16 @@ class BeliefPropagation {
             for (int e = psi.begin[i]; e < psi.begin[i + 1]; ++e) sum += psi.value[e] * nu[e];
             for (int e = psi.begin[i]; e < psi.begin[i + 1]; ++e) out.hit[e] = psi.value[e] * nu[e] / sum;
             out.miss[i] = 1.0 / sum;
+            if (weigh_all) {
+                log_total += std::log(sum);
+                for (int e = psi.begin[i]; e < psi.begin[i + 1]; ++e) log_total -= std::log1p(mu[e] * nu[e]);
+            }
         }
         for (int j : columns) {
             double sum = 1.0;
             for (int k = index->begin[j]; k < index->begin[j + 1]; ++k) sum += mu[index->edge[k]];
             out.lone[j] = 1.0 / sum;
+            if (weigh_all) log_total += std::log(sum);
         }
     }
 };

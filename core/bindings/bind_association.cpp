@@ -38,6 +38,19 @@ nb::tuple marginals(Integers begin, Integers plot, Const value, int plots, bool 
     return nb::make_tuple(found.hit, found.miss, found.lone, most);
 }
 
+// Logarithm of the sum over all assignments of the product of their weights, by belief propagation.
+double log_total(Integers begin, Integers plot, Const value, int plots) {
+    const Edges psi = edges_of(begin, plot, value, plots);
+    Marginals found;
+    ByPlot by;
+    Clusters clusters;
+    BeliefPropagation beliefs;
+    beliefs.weigh_all = true;
+    found.clear(psi), by.take(psi), clusters.take(psi), beliefs.prepare(psi, by);
+    for (int k = 0; k < clusters.count(); ++k) beliefs(psi, &clusters.row[clusters.begin[k]], clusters.begin[k + 1] - clusters.begin[k], found);
+    return beliefs.log_total;
+}
+
 std::vector<int> assign(Integers begin, Integers plot, Const cost, int plots) {
     Assignment assignment;
     assignment(edges_of(begin, plot, cost, plots));
@@ -68,6 +81,7 @@ nb::dict report_of(const ScanReport &r) {
     nb::dict out;
     out["plots"] = r.plots, out["unusable"] = r.unusable, out["born"] = r.born, out["dropped"] = r.dropped, out["merged"] = r.merged;
     out["living"] = r.living, out["confirmed"] = r.confirmed;
+    if (!std::isnan(r.log_likelihood)) out["log_likelihood"] = r.log_likelihood;
     out["crowded"] = r.crowded, out["full"] = r.full, out["inexact"] = r.inexact;
     return out;
 }
@@ -143,6 +157,39 @@ nb::dict tracks(Many &many, double least, bool covariance) {
     return out;
 }
 
+// Of the tracks that `tracks` gives, in its order: the plots of the last scan by weight (rows `begin[k]` to `begin[k + 1]`), and
+// the covariance of the position that was predicted, NaN where the track has begun with this scan.
+nb::dict taken(Many &many, double least) {
+    const Pool &pool = many.pool;
+    std::vector<std::pair<std::int64_t, int>> order;
+    for (int s = 0; s < pool.slots(); ++s) {
+        const Life &one = pool.life[s];
+        if (pool.live(s) && (one.confirmed || one.existence >= least)) order.push_back({one.id, s});
+    }
+    std::sort(order.begin(), order.end());
+    const std::size_t count = order.size(), axes = many.c->reported.axes, block = many.c->reported.block;
+    std::vector<std::int64_t> begin{0}, row;
+    std::vector<double> weight, spread(count * axes * axes, NAN);
+    Combine<Pack> combine(*many.c);
+    Pack mean[largest_state], P[packed_size(largest_state)];
+    for (std::size_t k = 0; k < count; ++k) {
+        const int s = order[k].second;
+        for (const Share &each : many.taken(s)) row.push_back(each.plot), weight.push_back(each.weight);
+        begin.push_back(std::int64_t(row.size()));
+        if (pool.life[s].age == 0) continue;
+        const TrackPack &pack = pool.packs[s / lanes];
+        combine(pack.predicted.data(), pack.prior.data(), mean, P);
+        for (std::size_t a = 0; a < axes; ++a)
+            for (std::size_t b = 0; b < axes; ++b)
+                spread[(k * axes + a) * axes + b] = P[packed(int(std::max(a, b) * block), int(std::min(a, b) * block))][s % lanes];
+    }
+    nb::dict out;
+    const std::size_t edges = row.size();
+    out["begin"] = array_of(std::move(begin), {count + 1}), out["row"] = array_of(std::move(row), {edges});
+    out["weight"] = array_of(std::move(weight), {edges}), out["spread"] = array_of(std::move(spread), {count, axes, axes});
+    return out;
+}
+
 nb::bytes save_state(const Many &many) {
     const Vector all = many.save();
     return nb::bytes(reinterpret_cast<const char *>(all.data()), all.size() * sizeof(double));
@@ -197,6 +244,7 @@ void bind_rules(nb::module_ &module) {
         .def_rw("crowd", &ManyRules::crowd)
         .def_rw("most_plots", &ManyRules::most_plots)
         .def_rw("most_tracks", &ManyRules::most_tracks)
+        .def_rw("likelihood", &ManyRules::likelihood)
         .def_rw("threads", &ManyRules::threads);
 }
 
@@ -205,12 +253,15 @@ void bind_rules(nb::module_ &module) {
 void bind_association(nb::module_ &module, nb::class_<Engine> &engine) {
     module.def("marginals", marginals, "begin"_a, "plot"_a, "psi"_a, "plots"_a, "exactly"_a = false, "tolerance"_a = 1e-4, "sweeps"_a = 200,
                "Marginals of sparse association weights: of each edge, of each row without a plot, of each plot without a row, and sweeps.");
+    module.def("log_total", log_total, "begin"_a, "plot"_a, "psi"_a, "plots"_a,
+               "Logarithm of the sum over all assignments of the product of their weights.");
     module.def("assign", assign, "begin"_a, "plot"_a, "cost"_a, "plots"_a, "The plot of each row, or -1, at the least total cost; a row without costs 0.");
     module.def("cluster", cluster, "begin"_a, "plot"_a, "plots"_a, "Which cluster each row is in, or -1.");
     bind_rules(module);
     nb::class_<Many>(module, "Many", "Many targets from plots without identity.")
         .def("scan", scan, "time"_a, "sensor"_a, "z"_a, "noise"_a.none(), "unit"_a.none(), "code"_a.none(), "times"_a.none())
         .def("tracks", tracks, "least"_a, "covariance"_a)
+        .def("taken", taken, "least"_a)
         .def("add", [](Many &many, double time, Const x, Const P, double existence) { return many.add(time, x.data(), P.data(), existence); })
         .def("view", [](Many &many, int sensor) { return many.sensors.at(sensor); })
         .def("set_view", [](Many &many, int sensor, const SensorView &view) { many.sensors.at(sensor) = view; })
@@ -218,7 +269,7 @@ void bind_association(nb::module_ &module, nb::class_<Engine> &engine) {
         .def_ro("time", &Many::time)
         .def("living", [](const Many &many) { return many.pool.living(); })
         .def("save", save_state)
-        .def("restore", restore_state);
+        .def("restore", restore_state, "state"_a);
     engine.def("association", [](const Engine &e, const ManyRules &rules, const std::vector<SensorView> &sensors) { return new Many(e.pack, rules, sensors); },
                "rules"_a, "sensors"_a);
 }

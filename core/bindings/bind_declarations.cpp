@@ -162,6 +162,7 @@ void bind_declarations(nb::module_ &module) {
         .def_rw("unbiased_mixing", &Declaration::unbiased_mixing)
         .def_rw("outlier_share", &Declaration::outlier_share)
         .def_rw("restart_after", &Declaration::restart_after)
+        .def_rw("hindsight", &Declaration::hindsight)
         .def_rw("coast", &Declaration::coast)
         .def_rw("coasting", &Declaration::coasting)
         .def_rw("start", &Declaration::start)

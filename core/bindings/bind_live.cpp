@@ -65,18 +65,28 @@ double seconds(nb::handle t) {
     const double value = PyFloat_AsDouble(t.ptr());
     if (value != -1.0 || !PyErr_Occurred()) return value;
     PyErr_Clear();
-    return nb::cast<double>(nb::module_::import_("jink.times").attr("seconds")(t));
+    double date;
+    if (!nb::try_cast(nb::module_::import_("jink.times").attr("seconds")(t), date)) throw nb::type_error("t: expected one time");
+    return date;
 }
 
 nb::builtin_exception wrong_count(int columns, size_t got) {
     return nb::value_error(("z: expected " + std::to_string(columns) + " components, as the sensor measures, got " + std::to_string(got)).c_str());
 }
 
+// One component. A number of the user's own may run code.
+double component_of(nb::handle item) {
+    const double value = PyFloat_AsDouble(item.ptr());
+    if (value != -1.0 || !PyErr_Occurred()) return value;
+    PyErr_Clear();
+    throw nb::type_error("z: expected numbers, NaN or None");
+}
+
 // A measurement's components from a number, a sequence (None is missing) or an array.
 void components(nb::handle z, int columns, double *to) {
     if (PyFloat_Check(z.ptr()) || PyLong_Check(z.ptr())) {
         if (columns != 1) throw wrong_count(columns, 1);
-        *to = PyFloat_AsDouble(z.ptr());
+        *to = component_of(z);
         return;
     }
     if (z.is_none()) {
@@ -86,10 +96,11 @@ void components(nb::handle z, int columns, double *to) {
     if (PyTuple_Check(z.ptr()) || PyList_Check(z.ptr())) {
         if (PySequence_Size(z.ptr()) != columns) throw wrong_count(columns, size_t(PySequence_Size(z.ptr())));
         for (int r = 0; r < columns; ++r) {
-            nb::handle item = PyTuple_Check(z.ptr()) ? PyTuple_GET_ITEM(z.ptr(), r) : PyList_GET_ITEM(z.ptr(), r);
-            to[r] = item.is_none() ? NAN : PyFloat_AsDouble(item.ptr());
+            // such code can make a list shorter
+            if (Py_SIZE(z.ptr()) != columns) throw wrong_count(columns, size_t(Py_SIZE(z.ptr())));
+            const nb::object item = nb::borrow(PyTuple_Check(z.ptr()) ? PyTuple_GET_ITEM(z.ptr(), r) : PyList_GET_ITEM(z.ptr(), r));
+            to[r] = item.is_none() ? NAN : component_of(item);
         }
-        if (PyErr_Occurred()) throw nb::python_error();
         return;
     }
     Py_buffer view;
@@ -105,6 +116,12 @@ void components(nb::handle z, int columns, double *to) {
     if (!nb::try_cast(z, array)) throw nb::type_error("z: expected numbers, a sequence or an array of floats");
     if (int(array.size()) != columns) throw wrong_count(columns, array.size());
     std::copy(array.data(), array.data() + columns, to);
+}
+
+Const floats(const char *name, const nb::object &given) {
+    Const array;
+    if (!nb::try_cast(given, array)) throw nb::type_error((name + std::string(": expected an array of floats")).c_str());
+    return array;
 }
 
 class LiveOne : public Live<double> {
@@ -128,12 +145,12 @@ class LiveOne : public Live<double> {
         rows.one_sensor = sensor;
         Const R, u;
         if (!noise.is_none()) {
-            R = nb::cast<Const>(noise);
+            R = floats("covariance", noise);
             check_noise(R, columns);
             rows.noise = R.data(), rows.full_noise = R.ndim() == 2;
         }
         if (!input.is_none()) {
-            u = nb::cast<Const>(input);
+            u = floats("input", input);
             check_input(u, c->declared.axes());
             rows.input = u.data();
         }
@@ -252,6 +269,13 @@ void bind_live(nb::module_ &module, nb::class_<Engine> &engine) {
         .def_prop_ro("nis", [](const Estimate &e) { return e.outcome.scored ? e.outcome.nis : NAN; })
         .def_prop_ro("nis_dof", [](const Estimate &e) { return e.outcome.scored ? e.outcome.dof : 0.0; })
         .def_prop_ro("status", [](const Estimate &e) { return status_name(e.status); })
+        .def_prop_ro("doubt", [](const Estimate &e) { return e.doubt; }, "Probability that the measurement is an outlier, where the next one decides; else 0.")
+        .def_prop_ro("decided",
+                     [](const Estimate &e) -> nb::object {
+                         if (!e.outcome.decided) return nb::none();
+                         return nb::str(status_name(e.outcome.upheld ? Status::updated : Status::gated));
+                     },
+                     nb::sig("def decided(self) -> str | None"), "The status of the measurement before, if that was in doubt until now.")
         .def_prop_ro("components",
                      [](const Estimate &e) {
                          nb::list names;
@@ -299,9 +323,9 @@ void bind_live(nb::module_ &module, nb::class_<Engine> &engine) {
 
     nb::class_<LiveMany>(module, "LiveMany")
         .def("update", &LiveMany::update_all, "t"_a, "z"_a, "sensor"_a.none(), "noise"_a.none(), "input"_a.none(), "results"_a, "predict_only"_a)
-        .def("begin", begin_at<LiveMany>)
-        .def("reset", reset_at<LiveMany>)
+        .def("begin", begin_at<LiveMany>, "target"_a, "x"_a, "P"_a, "time"_a)
+        .def("reset", reset_at<LiveMany>, "target"_a)
         .def("time", time_at<LiveMany>)
         .def("save", save_state<LiveMany>)
-        .def("restore", restore_state<LiveMany>);
+        .def("restore", restore_state<LiveMany>, "state"_a);
 }

@@ -65,11 +65,32 @@ class Runner {
             if (out.status)
                 for (int l = 0; l < lanes; ++l)
                     if (from + k < rows.span.count[l]) out.status[rows.span.start[l] + from + k] = static_cast<unsigned char>(status_of(state, o, l));
-            if (smoothing) record(step, state, scan, o, before, records[from + k]);
+            if (smoothing) remember(from + k, scan, o, before);
             else estimate(k, state.arena.data(), state.probability.data(), state.started, state.alive);
         }
         if (!smoothing) scatter_estimates(from, scans);
         for (const Column *column : {&likelihood, &nis, &dof, &pit}) column->scatter(rows.span, from, scans);
+    }
+
+    // What smoothing needs of a scan; what it decides of those before is noted there.
+    void remember(std::int64_t k, const Scan<Pack> &scan, const Outcome<Pack> &o, Pack before) {
+        records[k].number = double(k);
+        record(step, state, scan, o, before, records[k]);
+        if (!c.declared.hindsight || !any(o.decided)) return;
+        for (std::int64_t j = k - 1; j >= 0; --j) {
+            const Mask<Pack> now = decide(records[j], o, double(k));
+            if (!any(now)) break;
+            for (int l = 0; out.status && l < lanes; ++l)
+                if (lane(now, l)) correct_status(l, j, k, lane(o.upheld, l));
+        }
+    }
+
+    void correct_status(int l, std::int64_t row, std::int64_t decided, bool upheld) {
+        const std::int64_t at = rows.span.start[l] + row;
+        unsigned char &status = out.status[at];
+        if (in.until && in.until[at] - rows.span.start[l] < decided) return;
+        if (status == static_cast<unsigned char>(Status::updated) || status == static_cast<unsigned char>(Status::gated))
+            status = static_cast<unsigned char>(upheld ? Status::updated : Status::gated);
     }
 
     void estimate(int k, const Pack *arena, const Pack *probability, Mask<Pack> started, const std::vector<Pack> &alive) {
@@ -98,6 +119,9 @@ class Runner {
                 until[l] = k < rows.span.count[l] ? in.until[first + k] - first : k;
                 last = std::max(last, until[l]);
             }
+            Pack known;
+            for (int l = 0; l < lanes; ++l) set_lane(known, l, double(until[l]));
+            for (std::int64_t j = k; j <= last; ++j) recall(c, records[j], known);
             smooth.last(records[last]);
             for (std::int64_t j = last - 1; j >= k; --j) {
                 smooth.step(records[j], records[j + 1]);
@@ -114,6 +138,7 @@ class Runner {
     void backward(std::int64_t longest) {
         Smooth<Pack> smooth(c);
         smooth.covariances = P.wanted();
+        for (std::int64_t k = 0; k < longest; ++k) recall(c, records[k], splat<Pack>(double(longest)));
         for (std::int64_t k = longest - 1; k >= 0; --k) {
             if (k == longest - 1) smooth.last(records[k]);
             else smooth.step(records[k], records[k + 1]);

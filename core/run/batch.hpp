@@ -45,6 +45,7 @@ template <class T> void set_prior(const Composition<T> &c, TrackState<T> &s, int
     set_lane(s.started, lane_of, true);
     set_lane(s.running, lane_of, true);
     set_lane(s.time, lane_of, time);
+    set_lane(s.doubt, lane_of, 0.0);
     set_lane(s.last_accepted, lane_of, time), set_lane(s.last_height, lane_of, time);
 }
 

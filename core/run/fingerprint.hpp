@@ -33,7 +33,7 @@ inline std::uint64_t fingerprint(const Declaration &d) {
     for (const int value : {int(d.continuous), int(d.unscented), int(d.unbiased_mixing), d.restart_after, int(d.start), int(d.interaction)}) to.number(value);
     for (const double value : {d.outlier_share, d.coast, d.velocity_variance}) to.number(value);
     for (const double value : {d.coasting.after, d.coasting.manoeuvre, d.coasting.climb}) to.number(value);
-    to.number(int(d.coasting.reverses));
+    to.number(int(d.coasting.reverses) + 2 * int(d.hindsight));
     to.number(int(d.propose.kind)), to.number(d.propose.slots), to.numbers(d.propose.start), to.numbers(d.propose.numbers);
     for (const auto &neighbours : d.propose.neighbours) to.numbers(neighbours);
     digest(to, d.scores);

@@ -16,6 +16,7 @@ template <class T> struct Snapshot {
     std::vector<T> arena, probability, alive, correction;
     Outcome<T> outcome;
     Mask<T> started;
+    T doubt = splat<T>(0.0);  // that the measurement is an outlier, where the next one decides; else 0
 };
 
 template <class T> class Live {
@@ -73,6 +74,7 @@ template <class T> class Live {
         if (differ) scan.sensor = which;
         const T before = s.time;
         out.outcome = step.step(s, scan, detail);
+        out.doubt = s.doubt;
         if (aid.active()) aid(step, s, scan, out.outcome), out.correction = aid.correction;
         if (lag > 0) {
             delay(pack, scan, before, out);
@@ -91,6 +93,7 @@ template <class T> class Live {
         step.ahead.merge_pairs();
         out.time = to, out.arena = step.ahead.predicted, out.probability = step.ahead.prior, out.alive = copy.next, out.started = s.started;
         out.correction.clear();
+        out.doubt = splat<T>(0.0), out.outcome.decided = out.outcome.upheld = splat_mask<T>(false);
         out.outcome.measured = out.outcome.scored = out.outcome.gated = out.outcome.restarted = out.outcome.initialised = splat_mask<T>(false);
         out.outcome.log_likelihood = splat<T>(0.0), out.outcome.nis = nan_of<T>(), out.outcome.dof = splat<T>(0.0);
     }
@@ -111,7 +114,8 @@ template <class T> class Live {
 
     // A target's state as plain numbers, the same on every machine; the fixed lag's past is not part of it.
     int numbers() const {
-        return c->arena_size + c->count + c->carry_size + 2 * int(c->declared.propose.start.size()) + c->declared.memory_size() + 7 + 3 + 6 + 2;
+        return c->arena_size + c->count + c->carry_size + 2 * int(c->declared.propose.start.size()) + c->declared.memory_size() + 7 + 3 + 6 + 2 +
+               (c->declared.hindsight ? 1 + 2 * c->doubt_size() : 0);
     }
     std::string save() const {
         std::vector<double> all(std::size_t(numbers()) * n);
@@ -141,10 +145,14 @@ template <class T> class Live {
 
     // Of tracks that have started. A detector may remember that nothing was measured, and a state may have begun without a time.
     void check_numbers(const TrackState<T> &s) const {
-        for (const auto *values : {&s.arena, &s.probability, &s.carry})
-            for (const T &value : *values)
+        const auto check = [&](auto from, auto to) {
+            for (; from != to; ++from)
                 for (int l = 0; l < width<T>; ++l)
-                    if (lane(s.started, l) && !std::isfinite(lane(value, l))) throw std::invalid_argument("state: has numbers that are not finite");
+                    if (lane(s.started, l) && !std::isfinite(lane(*from, l))) throw std::invalid_argument("state: has numbers that are not finite");
+        };
+        for (const auto *values : {&s.arena, &s.probability, &s.carry, &s.believed, &s.doubted}) check(values->begin(), values->end());
+        // the innovations that an aid looks back on come last
+        check(s.memory.end() - c->declared.aid.memory(c->declared.axes()), s.memory.end());
     }
 
     // Places of modes are used as indices; those of a grid lie between its points too.
@@ -163,9 +171,12 @@ template <class T> class Live {
         std::deque<Record<T>> &past = history[pack];
         if (times.size() != history.size()) times.resize(history.size());
         Record<T> r;
+        r.number = past.empty() ? 0.0 : past.back().number + 1.0;
         record(step, s, scan, out.outcome, before, r);
+        for (int k = int(past.size()) - 1; k >= 0 && c->declared.hindsight; --k) decide(past[k], out.outcome, r.number);
         past.push_back(std::move(r)), times[pack].push_back(s.time);
         if (int(past.size()) > lag + 1) past.pop_front(), times[pack].pop_front();
+        for (auto &each : past) recall(*c, each, splat<T>(past.back().number));
         back.last(past.back());
         for (int k = int(past.size()) - 2; k >= 0; --k) back.step(past[k], past[k + 1]);
         out.time = times[pack].front(), out.arena = back.arena, out.probability = back.probability;
@@ -186,6 +197,9 @@ template <class T> class Live {
         number(s.time), number(s.last_accepted), number(s.last_height), number(s.rejections), number(s.surprise), number(s.surprise_dof), number(s.first_time);
         for (auto &value : s.first) number(value);
         for (auto &value : s.first_P) number(value);
+        if (c->declared.hindsight) number(s.doubt);
+        for (auto *values : {&s.believed, &s.doubted})
+            for (auto &value : *values) number(value);
         const auto flag = [&](auto &mask) {
             if constexpr (!std::is_const_v<State>) {
                 if (in) set_lane(mask, l, *at != 0.0);

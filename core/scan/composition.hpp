@@ -87,6 +87,7 @@ struct Declaration {
     bool unscented = false, unbiased_mixing = false;
     double outlier_share = 0.0;
     int restart_after = 0;                    // rejections in a row; 0 never
+    bool hindsight = false;                   // a measurement in doubt is decided by the next one (hindsight.hpp)
     double coast = 0.0;                       // seconds without an accepted measurement; 0 for ever
     CoastDeclaration coasting;
     Start start = Start::two_point;
@@ -191,6 +192,7 @@ template <class T> struct Composition {
     }
     bool proposes() const { return declared.propose.kind != Propose::all; }
     const Mode<T> *side() const { return declared.side.empty() ? nullptr : &modes.back(); }
+    int doubt_size() const { return declared.hindsight ? arena_size + count : 0; }  // of a bank that is kept aside
     int members() const { return int(declared.modes.size()); }  // of the whole set, of which `count` run
 
     void add_mode(const ModeDeclaration &m, bool alike) {

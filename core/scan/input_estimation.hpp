@@ -192,10 +192,10 @@ template <class T> class InputEstimation {
         return sum;
     }
 
-    // x += M Y^-1 y, P += M Y^-1 M', with W = M L^-T: M Y^-1 M' = W D^-1 W'.
+    // x += M Y^-1 y, P += M Y^-1 M', with W = M L^-T: M Y^-1 M' = W D^-1 W'. A correction beyond all range is not made.
     template <int A> void correct(const T *at, Mask<T> found, T *x) const {
         using O = Onset<A>;
-        T L[A][A] = {}, over[A], u[A], W[O::n * A], *P = x + O::n;
+        T L[A][A] = {}, over[A], u[A], W[O::n * A], moved[O::n], more[packed_size(O::n)], *P = x + O::n;
         factor<A>(at + O::Y, L, over);
         const auto solve = [&](const T *from, T *to) {
             for (int a = 0; a < A; ++a) {
@@ -206,15 +206,18 @@ template <class T> class InputEstimation {
         solve(at + O::y, u);
         for (int i = 0; i < O::n; ++i) {
             solve(at + O::M + i * A, &W[i * A]);
-            T moved = splat<T>(0.0);
-            for (int a = 0; a < A; ++a) moved = moved + W[i * A + a] * u[a] * over[a];
-            x[i] = select<T>(found, x[i] + moved, x[i]);
+            moved[i] = splat<T>(0.0);
+            for (int a = 0; a < A; ++a) moved[i] = moved[i] + W[i * A + a] * u[a] * over[a];
             for (int k = 0; k <= i; ++k) {
                 T sum = splat<T>(0.0);
                 for (int a = 0; a < A; ++a) sum = sum + W[i * A + a] * W[k * A + a] * over[a];
-                P[packed(i, k)] = select<T>(found, P[packed(i, k)] + sum, P[packed(i, k)]);
+                more[packed(i, k)] = sum;
             }
+            // a comparison with NaN is false
+            found = found & (magnitude(moved[i]) <= splat<T>(farthest)) & (more[packed(i, i)] <= splat<T>(farthest * farthest));
         }
+        for (int i = 0; i < O::n; ++i) x[i] = select<T>(found, x[i] + moved[i], x[i]);
+        for (int k = 0; k < packed_size(O::n); ++k) P[k] = select<T>(found, P[k] + more[k], P[k]);
     }
 };
 

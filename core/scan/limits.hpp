@@ -27,6 +27,10 @@ inline void check_limits(const Declaration &d) {
     check_layers(d.aid.sizes, "aid");
     if (d.aid.inputs > largest_layer || d.aid.outputs > largest_layer) throw std::invalid_argument("aid: has too many inputs or outputs");
     if (d.aid.kind == AidInputs::sums && (d.aid.inputs < 1 || d.aid.inputs > 7)) throw std::invalid_argument("aid: expected 1 to 7 sums");
+    bool adapts = !d.side.empty() || d.propose.kind != Propose::all || d.detect.window || d.scores.kind != Adapt::none || d.interaction == Interaction::gpb2;
+    for (const auto &mode : d.modes) adapts = adapts || mode.adapt.kind != Adapt::none;
+    if (d.hindsight && (adapts || d.outlier_share <= 0.0))
+        throw std::invalid_argument("outliers: expected hindsight=False; this filter does not follow a measurement in doubt two ways");
     for (const double mode : d.propose.start)
         if (!(mode >= -1.0 && mode < double(d.modes.size()))) throw std::invalid_argument("active: names a mode that there is not");
 }

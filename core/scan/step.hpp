@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scan/consistency.hpp"
+#include "scan/hindsight.hpp"
 #include "scan/input_estimation.hpp"
 #include "scan/propagate.hpp"
 #include "scan/scores.hpp"
@@ -67,6 +68,7 @@ template <class T> class Step {
     InputEstimation<T> estimation;
     VariableDimension<T> dimension;
     Scores<T> scores;
+    Hindsight<T> hindsight;
     std::vector<T> log_prior, posterior, updated;  // updated: pairs
     TrackState<T> before;                          // the scan, where some mode adapts to residuals
     std::vector<Innovation<T>> innovations;       // of each mode or pair of modes, then of the side estimator
@@ -79,6 +81,10 @@ template <class T> class Step {
     }
 
     void update_modes(TrackState<T> &s, const Sensor<T> &sensor, const Measurement<T> &m, int detail) {
+        update_bank(s, ahead, innovations, sensor, m, detail);
+    }
+
+    void update_bank(TrackState<T> &s, const Propagate<T> &from, std::vector<Innovation<T>> &found, const Sensor<T> &sensor, const Measurement<T> &m, int detail) {
         const SensorSpec spec = seen(sensor);
         for (int j = 0; j < int(c.modes.size()); ++j) {
             const Mode<T> &mode = c.modes[j];
@@ -87,15 +93,15 @@ template <class T> class Step {
             UpdateKernel<T> kernel = k.general;
             if (spec.linear()) kernel = spec.kind == SensorKind::position ? k.position : k.position_velocity;
             else if (!spec.linear() && c.declared.unscented) kernel = k.unscented;
-            if (ahead.pairwise() && j < c.count) {
+            if (from.pairwise() && j < c.count) {
                 for (int i = 0; i < c.count; ++i) {
-                    const int at = (j * c.count + i) * ahead.stride;
-                    kernel(spec, m, &ahead.pairs[at], &updated[at], innovations[j * c.count + i], detail != plain);
+                    const int at = (j * c.count + i) * from.stride;
+                    kernel(spec, m, &from.pairs[at], &updated[at], found[j * c.count + i], detail != plain);
                 }
                 continue;
             }
-            Innovation<T> &v = j < c.count ? innovations[j] : innovations.back();
-            kernel(spec, m, &ahead.predicted[mode.place], &s.arena[mode.place], v, detail != plain);
+            Innovation<T> &v = j < c.count ? found[j] : found.back();
+            kernel(spec, m, &from.predicted[mode.place], &s.arena[mode.place], v, detail != plain);
         }
     }
 
@@ -112,7 +118,7 @@ template <class T> class Step {
             Measurement<T> m;
             measure(scan, c.sensors[sensor], mine, m);
             update_modes(trial, c.sensors[sensor], m, detail);
-            finish(trial, scan, c.sensors[sensor], m, detail, part);
+            finish(trial, scan, c.sensors[sensor], m, mine, detail, part);
             merge(mine, trial, part, after, out);
         }
         s = after;
@@ -128,7 +134,8 @@ template <class T> class Step {
         for (std::size_t k = 0; k < to.memory.size(); ++k) take(to.memory[k], from.memory[k]);
         for (std::size_t k = 0; k < to.next.size(); ++k) take(to.next[k], from.next[k]), take(to.alive[k], from.alive[k]);
         take(to.last_accepted, from.last_accepted), take(to.last_height, from.last_height), take(to.first_time, from.first_time), take(to.rejections, from.rejections);
-        take(to.surprise, from.surprise), take(to.surprise_dof, from.surprise_dof);
+        take(to.surprise, from.surprise), take(to.surprise_dof, from.surprise_dof), take(to.doubt, from.doubt);
+        for (std::size_t k = 0; k < to.believed.size(); ++k) take(to.believed[k], from.believed[k]), take(to.doubted[k], from.doubted[k]);
         for (int k = 0; k < 3; ++k) take(to.first[k], from.first[k]);
         for (int k = 0; k < 6; ++k) take(to.first_P[k], from.first_P[k]);
         take_mask(to.started, from.started), take_mask(to.running, from.running);
@@ -136,10 +143,11 @@ template <class T> class Step {
         for (int r = 0; r < largest_measurement; ++r) take(out.pit[r], part.pit[r]);
         take_mask(out.measured, part.measured), take_mask(out.scored, part.scored), take_mask(out.gated, part.gated);
         take_mask(out.restarted, part.restarted), take_mask(out.initialised, part.initialised);
+        take_mask(out.decided, part.decided), take_mask(out.upheld, part.upheld);
     }
 
-    // Bayes' rule over the modes, gating, and the start of tracks that need one.
-    void finish(TrackState<T> &s, const Scan<T> &scan, const Sensor<T> &sensor, const Measurement<T> &m, int detail, Outcome<T> &out) {
+    // Bayes' rule over the modes, gating, and the start of tracks that need one; `here`: the lanes whose sensor this is.
+    void finish(TrackState<T> &s, const Scan<T> &scan, const Sensor<T> &sensor, const Measurement<T> &m, Mask<T> here, int detail, Outcome<T> &out) {
         const SensorSpec spec = seen(sensor);
         const T zero = splat<T>(0.0);
         T dof = zero, log_outlier = zero;
@@ -150,19 +158,24 @@ template <class T> class Step {
         }
         out.dof = dof;
         out.measured = dof > zero;
-        out.gated = out.restarted = out.initialised = splat_mask<T>(false);
+        out.gated = out.restarted = out.initialised = out.decided = out.upheld = splat_mask<T>(false);
         out.scored = out.measured & s.running;
-        if (detail & with_nis) out.nis = matched_nis(hypotheses(), spec.rows, m.present);
+        if (hindsight.two()) update_bank(hindsight.state, hindsight.ahead, hindsight.innovations, sensor, m, detail);
+        const Hypotheses<T> all_modes = hindsight.two() ? hindsight.joined(hypotheses()) : hypotheses();
+        if (detail & with_nis) out.nis = matched_nis(all_modes, spec.rows, m.present);
         if (detail & with_pit) {
             for (auto &value : out.pit) value = nan_of<T>();
-            transform(hypotheses(), spec.rows, m.present, log_prior, out.pit);
+            transform(all_modes, spec.rows, m.present, log_prior, out.pit);
         }
         const bool gating = c.declared.outlier_share > 0.0;
         if (gating) ahead.merge_pairs();
         weigh(s, dof, out);
+        if (hindsight.two()) settle(s, here, log_outlier, out);
         if (ahead.pairwise()) collapse(s);
         if (scores.active()) scores(s, ahead.prior.data(), innovations.data(), dof);
-        const Mask<T> impossible = out.measured & s.started & inverse(magnitude(out.log_likelihood) <= splat<T>(unlikeliest));
+        Mask<T> impossible = out.measured & s.started & inverse(magnitude(out.log_likelihood) <= splat<T>(unlikeliest));
+        const Mask<T> vague = out.measured & s.running & inverse(best.det <= splat<T>(vaguest));
+        if (any(vague)) impossible = impossible | (vague & inverse(within_range()));
         if (any(impossible)) disbelieve(s, scan.input, impossible, gating, out);
         if (gating) gate(s, scan.input, sensor, m, log_outlier, out);
         if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
@@ -172,36 +185,45 @@ template <class T> class Step {
     }
 
     void weigh(TrackState<T> &s, T dof, Outcome<T> &out) {
-        constexpr double log_two_pi = 1.83787706640934548356;
-        const Hypotheses<T> h = hypotheses();
-        const int n = h.count;
-        if (n == 1) {
-            best = {innovations[0].nis, innovations[0].det};
-            out.log_likelihood = -0.5 * (innovations[0].nis + logarithm<T>(innovations[0].det) + log_two_pi * dof);
-        } else {
-            T *after = ahead.pairwise() ? posterior.data() : s.probability.data();
-            for (int j = 0; (c.proposes() || ahead.pairwise()) && j < n; ++j) {  // what cannot be does not say which fits best
-                const Mask<T> possible = h.prior[j] > splat<T>(0.0);
-                innovations[j].nis = select<T>(c.proposes() ? possible & living(s.next[j]) : possible, innovations[j].nis, splat<T>(1e300));
-            }
-            // c_j N_j / max over exp(-nis/2) of the best fitting mode, which cannot all underflow
-            best = {innovations[0].nis, innovations[0].det};
-            for (int j = 1; j < n; ++j) {
-                best.det = select<T>(innovations[j].nis < best.nis, innovations[j].det, best.det);
-                best.nis = smaller<T>(innovations[j].nis, best.nis);
-            }
-            const T least = best.nis;
-            T sum = splat<T>(0.0);
-            for (int j = 0; j < n; ++j) {
-                const Innovation<T> &v = innovations[j];
-                after[j] = h.prior[j] * reciprocal_root(v.det) * exponential<T>(0.5 * (least - v.nis));
-                sum = sum + after[j];
-            }
-            const T over = reciprocal(sum);
-            for (int j = 0; j < n; ++j) after[j] = after[j] * over;
-            out.log_likelihood = logarithm<T>(sum) - 0.5 * (least + log_two_pi * dof);
-        }
+        out.log_likelihood = weigh_modes(s, hypotheses(), innovations, ahead.pairwise() ? posterior.data() : s.probability.data(), dof, best);
         out.log_likelihood = select<T>(out.measured, out.log_likelihood, splat<T>(0.0));
+    }
+
+    // Of the modes given what was measured, in `after`; returns the log-likelihood of the measurement over all of them.
+    T weigh_modes(const TrackState<T> &s, const Hypotheses<T> &h, std::vector<Innovation<T>> &found, T *after, T dof, BestFit<T> &fit) {
+        constexpr double log_two_pi = 1.83787706640934548356;
+        const int n = h.count;
+        fit = {found[0].nis, found[0].det};
+        if (n == 1) return -0.5 * (found[0].nis + logarithm<T>(found[0].det) + log_two_pi * dof);
+        for (int j = 0; (c.proposes() || ahead.pairwise()) && j < n; ++j) {  // what cannot be does not say which fits best
+            const Mask<T> possible = h.prior[j] > splat<T>(0.0);
+            found[j].nis = select<T>(c.proposes() ? possible & living(s.next[j]) : possible, found[j].nis, splat<T>(1e300));
+        }
+        // c_j N_j / max over exp(-nis/2) of the best fitting mode, which cannot all underflow
+        fit = {found[0].nis, found[0].det};
+        for (int j = 1; j < n; ++j) {
+            fit.det = select<T>(found[j].nis < fit.nis, found[j].det, fit.det);
+            fit.nis = smaller<T>(found[j].nis, fit.nis);
+        }
+        const T least = fit.nis;
+        T sum = splat<T>(0.0);
+        for (int j = 0; j < n; ++j) {
+            after[j] = h.prior[j] * reciprocal_root(found[j].det) * exponential<T>(0.5 * (least - found[j].nis));
+            sum = sum + after[j];
+        }
+        const T over = reciprocal(sum);
+        for (int j = 0; j < n; ++j) after[j] = after[j] * over;
+        return logarithm<T>(sum) - 0.5 * (least + log_two_pi * dof);
+    }
+
+    // Two banks of modes follow a measurement that was in doubt: this one decides.
+    void settle(TrackState<T> &s, Mask<T> here, T log_outlier, Outcome<T> &out) {
+        const Hypotheses<T> h{c.count, hindsight.ahead.prior.data(), hindsight.innovations.data()};
+        BestFit<T> fit;
+        const T other = weigh_modes(hindsight.state, h, hindsight.innovations, hindsight.state.probability.data(), out.dof, fit);
+        hindsight.settle(s, ahead, here, other, log_outlier, out);
+        const Mask<T> closer = out.decided & (fit.nis < best.nis);
+        best.det = select<T>(closer, fit.det, best.det), best.nis = select<T>(closer, fit.nis, best.nis);
     }
 
     // GPB2: each mode's pairs become one estimate.
@@ -227,17 +249,20 @@ template <class T> class Step {
         out.log_likelihood = select<T>(out.measured, mixture, out.log_likelihood);
         out.gated = out.gated | (out.measured & (target < outlier) & s.running);
         const BestFit<T> fit = best;
+        Mask<T> explained = splat_mask<T>(false);
         if (any(out.gated) && !scores.active()) {
-            const Mask<T> explained = out.gated & (fit.nis <= splat<T>(unlikeliest)) & Surprise::explains<T>(s, fit, out.dof, c.log_target_share, outlier);
+            explained = out.gated & (fit.nis <= splat<T>(unlikeliest)) & Surprise::explains<T>(s, fit, out.dof, c.log_target_share, outlier);
             if (any(explained)) believe(s, sensor, m, select<T>(explained, Surprise::scale_with<T>(s, fit, out.dof), splat<T>(1.0)), out);
             out.gated = out.gated & inverse(explained);
         }
         Surprise::add<T>(s, fit, out.dof, out.measured & s.running & inverse(out.gated));
         s.rejections = select<T>(out.measured & s.running, select<T>(out.gated, s.rejections + 1.0, splat<T>(0.0)), s.rejections);
-        if (!any(out.gated)) return;
-        keep_prediction(s, input, out.gated);
         if (c.declared.restart_after > 0)
             out.restarted = out.restarted | (out.gated & s.running & (s.rejections >= splat<T>(c.declared.restart_after)));
+        Mask<T> doubtful = splat_mask<T>(false);
+        if (hindsight.active()) doubtful = hindsight.begin(s, ahead, out.measured & s.running & inverse(explained | out.restarted), target, outlier);
+        if (any(out.gated)) keep_prediction(s, input, out.gated);
+        if (any(doubtful)) hindsight.blend(s, doubtful);
     }
 
     void keep_prediction(TrackState<T> &s, const T *input, Mask<T> which) {
@@ -252,8 +277,12 @@ template <class T> class Step {
         for (int j = 0; j < c.count; ++j) s.probability[j] = select<T>(which, ahead.prior[j], s.probability[j]);
     }
 
-    // Of what is believed, a log-likelihood: 1e50 standard deviations off. Squares of what such a row leaves are still numbers.
-    static constexpr double unlikeliest = 1e100;
+    // Of what is believed, a log-likelihood: 1e25 standard deviations off. Squares of what such a row leaves are still numbers.
+    static constexpr double unlikeliest = 1e50;
+    // The determinant of an innovation's covariance above which a track is looked at: it may have gone beyond all range.
+    static constexpr double vaguest = 1e100;
+    // The farthest and fastest that a track can be, whatever its unit of length.
+    static constexpr double strayed = 1e20;
 
     // A measurement so far off that its likelihood is beyond the range of numbers says nothing of the modes: it is gated, with
     // or without a share of outliers, also while a track waits for its second position. A track that has itself gone beyond all
@@ -268,7 +297,7 @@ template <class T> class Step {
         keep_prediction(s, input, which);
     }
 
-    // Where every mode's prediction is no farther and no less certain than a place can be. A comparison with NaN is false.
+    // Where every mode's prediction is no farther and no less certain than a track can be. A comparison with NaN is false.
     Mask<T> within_range() const {
         Mask<T> near = splat_mask<T>(true);
         for (int j = 0; j < c.count; ++j) {
@@ -276,7 +305,7 @@ template <class T> class Step {
             const T *x = &ahead.predicted[mode.place], *P = x + mode.shape.n;
             Mask<T> here = splat_mask<T>(true);
             for (int i = 0; i < mode.shape.n; ++i)
-                here = here & (magnitude(x[i]) <= splat<T>(farthest)) & (P[packed(i, i)] <= splat<T>(farthest * farthest));
+                here = here & (magnitude(x[i]) <= splat<T>(strayed)) & (P[packed(i, i)] <= splat<T>(strayed * strayed));
             near = near & (here | inverse(ahead.prior[j] > splat<T>(0.0)));
         }
         return near;
@@ -284,11 +313,17 @@ template <class T> class Step {
 
     // Updates again, from predictions widened per lane. A lane's result is the same as before where the factor is 1.
     void believe(TrackState<T> &s, const Sensor<T> &sensor, const Measurement<T> &m, T factor, const Outcome<T> &out) {
+        const bool merged = hindsight.two();  // other lanes may hold what two banks became
+        if (merged) before = s;
         ahead.widen(factor);
         update_modes(s, sensor, m, plain);
         Outcome<T> again = out;
         weigh(s, out.dof, again);
         if (ahead.pairwise()) collapse(s);
+        if (!merged) return;
+        const Mask<T> same = factor == splat<T>(1.0);
+        for (int k = 0; k < c.arena_size; ++k) s.arena[k] = select<T>(same, before.arena[k], s.arena[k]);
+        for (int j = 0; j < c.count; ++j) s.probability[j] = select<T>(same, before.probability[j], s.probability[j]);
     }
 
     // Tracks without a state start from one measured position; the second position completes a two-point start.
@@ -316,7 +351,7 @@ template <class T> class Step {
         out.log_likelihood = select<T>(counted, out.log_likelihood, splat<T>(0.0));
         out.scored = out.scored & inverse(fresh);
         s.started = s.started | fresh;
-        for (T *count : {&s.rejections, &s.surprise, &s.surprise_dof}) *count = select<T>(fresh | (second & s.running), splat<T>(0.0), *count);
+        for (T *count : {&s.rejections, &s.surprise, &s.surprise_dof, &s.doubt}) *count = select<T>(fresh | (second & s.running), splat<T>(0.0), *count);
         s.rejections = select<T>(given_up, tries, s.rejections);
         for (T *last : {&s.last_accepted, &s.last_height}) *last = select<T>(fresh | second, s.time, *last);
         s.settled = all(s.running);
@@ -325,7 +360,7 @@ template <class T> class Step {
 
 template <class T>
 Step<T>::Step(const Composition<T> &composition)
-    : c(composition), ahead(composition), estimation(composition), dimension(composition), scores(composition), before(composition) {
+    : c(composition), ahead(composition), estimation(composition), dimension(composition), scores(composition), hindsight(composition), before(composition) {
     const int hypotheses = ahead.pairwise() ? c.count * c.count : c.count;
     innovations.resize(hypotheses + c.declared.side.size());
     for (auto &v : innovations) {
@@ -352,6 +387,7 @@ template <class T> Outcome<T> Step<T>::step(TrackState<T> &s, const Scan<T> &sca
         if (c.declared.outlier_share > 0.0) before = s;
         ahead(s, dt, scan.input, &fix);
     } else {
+        if (hindsight.active()) hindsight.part(s, scan.active, dt, scan.input);
         ahead(s, dt, scan.input, nullptr);
     }
     s.time = select<T>(scan.active, scan.time, s.time);
@@ -360,7 +396,7 @@ template <class T> Outcome<T> Step<T>::step(TrackState<T> &s, const Scan<T> &sca
         const Sensor<T> &sensor = c.sensors[scan.one_sensor];
         measure(scan, sensor, splat_mask<T>(true), m);
         update_modes(s, sensor, m, detail | always);
-        finish(s, scan, sensor, m, detail | always, out);
+        finish(s, scan, sensor, m, splat_mask<T>(true), detail | always, out);
     } else {
         several(s, scan, detail | always, out);
     }

@@ -17,6 +17,8 @@ template <class T> struct TrackState {
     T time, last_accepted, rejections;
     T last_height;               // time of the last accepted measurement of the third axis
     T surprise, surprise_dof;            // of the rows accepted last, see surprise.hpp
+    T doubt;                             // that the last measurement is an outlier, where both are followed; else 0
+    std::vector<T> believed, doubted;    // the banks with and without it, as hindsight.hpp lays them out
     T first[3], first_P[6], first_time;  // the first position, while waiting for a second
     Mask<T> started, running;    // has a state; its initialisation is complete
     bool settled;                // all lanes are running
@@ -42,6 +44,7 @@ template <class T> struct Outcome {
     T log_likelihood, dof, nis;
     T pit[largest_measurement];
     Mask<T> measured, scored, gated, restarted, initialised;  // scored: its likelihood, NIS and PIT count
+    Mask<T> decided, upheld;  // the measurement before, which was in doubt: now decided; it is the target's
 };
 
 enum Detail { plain = 0, with_nis = 1, with_pit = 2, with_innovations = 4 };  // the last: y and its covariance, of each mode
@@ -63,7 +66,8 @@ template <class T> void TrackState<T>::reset(const Composition<T> &c) {
         if (m.adapt.remembers()) m.adapt.forget(m.shape.axes, m.declared.data(), &carry[m.carry], splat_mask<T>(true));
     alive = next = Composition<T>::numbers(c.declared.propose.start);
     memory.assign(c.declared.memory_size(), zero);
-    time = last_accepted = last_height = rejections = surprise = surprise_dof = first_time = zero;
+    believed.assign(c.doubt_size(), zero), doubted = believed;
+    time = last_accepted = last_height = rejections = surprise = surprise_dof = doubt = first_time = zero;
     for (auto &value : first) value = zero;
     for (auto &value : first_P) value = zero;
     started = running = splat_mask<T>(false);

@@ -35,7 +35,7 @@ inline constexpr double thinnest = 1e4;
 // L's multiples of those before it taken away; afterwards they are put back. Missing components take no part.
 template <class T, int A, int B, int N, int Rows> struct Decorrelate {
     T L[packed_size(Rows)], D[Rows];
-    Mask<T> thin = splat_mask<T>(false);  // R is so thin that D is mostly rounding
+    Mask<T> thin = splat_mask<T>(false);  // R, or the state's covariance, is so thin along it that a variance is mostly rounding
     static constexpr int place(int r) { return (r % A) * B + r / A; }
 
     explicit Decorrelate(const Measurement<T> &m) {
@@ -53,27 +53,28 @@ template <class T, int A, int B, int N, int Rows> struct Decorrelate {
             }
     }
 
-    // Row r of the state loses (sign -1) or regains (sign 1) the multiples of the rows before it.
-    void turn(double sign, T *x, T *P) const {
+    // Row r of the state loses (sign -1) or regains (sign 1) the multiples of the rows before it. Where a variance cancels, it is thin.
+    void turn(double sign, T *x, T *P) {
         for (int k = 0; k < Rows; ++k) {
             const int r = sign < 0 ? k : Rows - 1 - k, p = place(r);
             for (int q = 0; q < r; ++q) add(p, place(sign < 0 ? q : r - 1 - q), sign * L[packed(r, sign < 0 ? q : r - 1 - q)], x, P);
         }
     }
 
-    static void add(int p, int q, T l, T *x, T *P) {
+    void add(int p, int q, T l, T *x, T *P) {
         x[p] = x[p] + l * x[q];
         const T corner = P[packed(p, p)] + l * (2.0 * P[packed(p, q)] + l * P[packed(q, q)]);
         for (int i = 0; i < N; ++i)
             if (i != p) P[packed(p, i)] = P[packed(p, i)] + l * P[packed(q, i)];
         P[packed(p, p)] = corner;
+        thin = thin | (thinnest * corner < l * l * P[packed(q, q)]);
     }
 };
 
 // Returns where this must not be used.
 template <class T, int A, int B, int N, int Rows>
 [[gnu::noinline]] Mask<T> independent(const Measurement<T> &m, double sign, T *x, T *P, T *z, T *R) {
-    const Decorrelate<T, A, B, N, Rows> change(m);
+    Decorrelate<T, A, B, N, Rows> change(m);
     change.turn(sign, x, P);
     for (int r = 0; r < Rows && sign < 0; ++r) {
         R[r] = change.D[r];
@@ -245,10 +246,7 @@ void update_direct(const SensorSpec &spec, const Measurement<T> &m, const T *in,
     Mask<T> thin = splat_mask<T>(false);
     T other[N + size];
     Innovation<T> in_other;
-    if (m.full) {
-        thin = independent<T, A, B, N, rows>(m, -1.0, x, P, z, R);
-        if (any(thin)) update_thin<T, A, B, N, rows>(m, in, other, in_other, detail);
-    }
+    if (m.full) thin = independent<T, A, B, N, rows>(m, -1.0, x, P, z, R);
     JINK_UNROLL
     for (int r = 0; r < rows; ++r) {
         const int p = (r % A) * B + r / A;
@@ -279,7 +277,10 @@ void update_direct(const SensorSpec &spec, const Measurement<T> &m, const T *in,
         }
     }
     (void)spec;
-    if (m.full) independent<T, A, B, N, rows>(m, 1.0, x, P, z, R);
+    if (m.full) {
+        thin = thin | independent<T, A, B, N, rows>(m, 1.0, x, P, z, R);
+        if (any(thin)) update_thin<T, A, B, N, rows>(m, in, other, in_other, detail);
+    }
     v.nis = nis, v.det = det;
     JINK_UNROLL
     for (int i = 0; i < N; ++i) out[i] = x[i];

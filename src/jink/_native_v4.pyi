@@ -42,6 +42,8 @@ class MotionKind(enum.Enum):
 
     statistical_along_track = 8
 
+    velocity_along_track = 9
+
 class NoiseKind(enum.Enum):
     """Process noise: constant over a step (sd), or white (psd)."""
 
@@ -170,6 +172,8 @@ class Mode:
     ) -> None: ...
     @property
     def kind(self) -> MotionKind: ...
+    @property
+    def noise(self) -> NoiseKind: ...
     @property
     def has_acceleration(self) -> bool: ...
     @property
@@ -339,6 +343,10 @@ class Declaration:
     @restart_after.setter
     def restart_after(self, arg: int, /) -> None: ...
     @property
+    def hindsight(self) -> bool: ...
+    @hindsight.setter
+    def hindsight(self, arg: bool, /) -> None: ...
+    @property
     def coast(self) -> float: ...
     @coast.setter
     def coast(self, arg: float, /) -> None: ...
@@ -446,6 +454,19 @@ def population_errors(
     result: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu")],
     threads: int,
 ) -> None: ...
+def candidate_errors(
+    engine: Engine,
+    numbers: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    time: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    offsets: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    truth: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    sums: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu")],
+    threads: int,
+) -> None:
+    """
+    Of one filter with many sets of numbers: squared errors per scan, and how many tracks they are of, into sums.
+    """
 
 class Figure(enum.Enum):
     """Which figure of a filter is differentiated."""
@@ -533,6 +554,16 @@ class Estimate:
     @property
     def status(self) -> str: ...
     @property
+    def doubt(self) -> float:
+        """
+        Probability that the measurement is an outlier, where the next one decides; else 0.
+        """
+
+    @property
+    def decided(self) -> str | None:
+        """The status of the measurement before, if that was in doubt until now."""
+
+    @property
     def components(self) -> tuple: ...
     def __getitem__(self, component: str) -> float:
         """One component's estimate, by name."""
@@ -590,16 +621,15 @@ class LiveMany:
     ) -> None: ...
     def begin(
         self,
-        arg0: int,
-        arg1: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
-        arg2: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
-        arg3: float,
-        /,
+        target: int,
+        x: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        P: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        time: float,
     ) -> None: ...
-    def reset(self, arg: int, /) -> None: ...
+    def reset(self, target: int) -> None: ...
     def time(self, arg: int, /) -> float: ...
     def save(self) -> bytes: ...
-    def restore(self, arg: bytes, /) -> None: ...
+    def restore(self, state: bytes) -> None: ...
 
 class LiveSlots:
     def begin_all(
@@ -636,6 +666,16 @@ def marginals(
 ) -> tuple:
     """
     Marginals of sparse association weights: of each edge, of each row without a plot, of each plot without a row, and sweeps.
+    """
+
+def log_total(
+    begin: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    plot: Annotated[NDArray[numpy.int64], dict(order="C", device="cpu", writable=False)],
+    psi: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    plots: int,
+) -> float:
+    """
+    Logarithm of the sum over all assignments of the product of their weights.
     """
 
 def assign(
@@ -750,6 +790,18 @@ class ManyRules:
     @established.setter
     def established(self, arg: float, /) -> None: ...
     @property
+    def left(self) -> float: ...
+    @left.setter
+    def left(self, arg: float, /) -> None: ...
+    @property
+    def merge_within(self) -> float: ...
+    @merge_within.setter
+    def merge_within(self, arg: float, /) -> None: ...
+    @property
+    def merge_after(self) -> int: ...
+    @merge_after.setter
+    def merge_after(self, arg: int, /) -> None: ...
+    @property
     def split(self) -> bool: ...
     @split.setter
     def split(self, arg: bool, /) -> None: ...
@@ -782,6 +834,10 @@ class ManyRules:
     @most_tracks.setter
     def most_tracks(self, arg: int, /) -> None: ...
     @property
+    def likelihood(self) -> bool: ...
+    @likelihood.setter
+    def likelihood(self, arg: bool, /) -> None: ...
+    @property
     def threads(self) -> int: ...
     @threads.setter
     def threads(self, arg: int, /) -> None: ...
@@ -800,6 +856,7 @@ class Many:
         times: object | None,
     ) -> dict: ...
     def tracks(self, least: float, covariance: bool) -> dict: ...
+    def taken(self, least: float) -> dict: ...
     def add(
         self,
         arg0: float,
@@ -815,4 +872,4 @@ class Many:
     def time(self) -> float: ...
     def living(self) -> int: ...
     def save(self) -> bytes: ...
-    def restore(self, arg: bytes, /) -> None: ...
+    def restore(self, state: bytes) -> None: ...

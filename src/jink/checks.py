@@ -1,19 +1,29 @@
 """Checks of what callers pass in: each says the parameter's name, what it was and what was expected."""
 
+import ast
+import functools
+import inspect
 import os
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 PerAxis = float | Sequence[float]
+Given = ParamSpec("Given")
+Answer = TypeVar("Answer")
 
 
 def numbers(name: str, value: ArrayLike, what: str = "numbers") -> Array:
     """An array of floats."""
     try:
-        return np.asarray(value, dtype=float)
+        array = np.asarray(value, dtype=float)
+        if array.ndim == 0 and isinstance(value, str | bytes):
+            raise TypeError
+        return array
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{name}: expected {what}, got {_short(value)}") from None
 
@@ -23,28 +33,84 @@ def _short(value: object) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def positive(name: str, value: float, *, zero: bool = False) -> float:
-    """A finite number above zero (or at least zero)."""
+MOST = 1e150  # whose square is a number too
+
+
+def real(name: str, value: float) -> float:
+    """A number, which may be infinite or NaN."""
     try:
-        number = float(value)
+        if isinstance(value, str | bytes):
+            raise TypeError
+        return float(value)
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{name}: expected a number, got {_short(value)}") from None
-    if not np.isfinite(number) or number < 0 or (number == 0 and not zero):
-        raise ValueError(f"{name}: expected a {'non-negative' if zero else 'positive'} number, got {number:g}")
-    return number
 
 
-def whole(name: str, value: float, least: int, most: int, of: str = "") -> int:
+def number(name: str, value: float) -> float:
+    """A finite number."""
+    given = real(name, value)
+    if not np.isfinite(given):
+        raise ValueError(f"{name}: expected a finite number, got {given:g}")
+    return given
+
+
+def positive(name: str, value: float, *, zero: bool = False) -> float:
+    """A number above zero (or at least zero) whose square is one too."""
+    what = "non-negative" if zero else "positive"
+    try:
+        given = number(name, value)
+    except ValueError:
+        raise ValueError(f"{name}: expected a {what} number, got {float(value):g}") from None
+    if given < 0 or (given == 0 and not zero):
+        raise ValueError(f"{name}: expected a {what} number, got {given:g}")
+    if given > MOST:
+        raise ValueError(f"{name}: expected at most {MOST:g}, got {given:g}")
+    return given
+
+
+def whole(name: str, value: float, least: int, most: float = np.inf, of: str = "") -> int:
     """A whole number from least to most; ``of`` says what of."""
-    if not isinstance(value, int | float) or not least <= value <= most or int(value) != value:
-        raise ValueError(f"{name}: expected a whole number{of} from {least} to {most}, got {_short(value)}")
+    plain = isinstance(value, int | float | np.integer) and not isinstance(value, bool)
+    fits = plain and least <= value <= most and abs(value) < np.inf
+    if not fits or int(value) != value:
+        limits = f"{least} to {most}" if most < np.inf else f"{least}"
+        raise ValueError(f"{name}: expected a whole number{of} from {limits}, got {_short(value)}")
     return int(value)
+
+
+def one_of(name: str, value: object, known: Iterable[str]) -> str:
+    """One of some names."""
+    names = list(known)
+    if not isinstance(value, str) or value not in names:
+        listed = f"{', '.join(map(repr, names[:-1]))} or {names[-1]!r}"
+        raise ValueError(f"{name}: expected {listed}, got {_short(value)}")
+    return value
+
+
+def items(name: str, value: object, what: str) -> tuple[Any, ...]:
+    """What a sequence holds."""
+    if isinstance(value, str | bytes) or not np.iterable(value):
+        raise TypeError(f"{name}: expected {what}, got {_short(value)}")
+    return tuple(value)  # pyright: ignore[reportArgumentType]
+
+
+def with_attributes(name: str, value: object, attributes: Sequence[str], what: str) -> None:
+    """Check that an argument can do what is asked of it."""
+    if isinstance(value, type) or not all(hasattr(value, attribute) for attribute in attributes):
+        raise TypeError(f"{name}: expected {what}, got {_short(value)}")
 
 
 def probability(name: str, value: float) -> float:
     """A number between 0 and 1, neither of them."""
     if not isinstance(value, int | float) or not 0 < value < 1:
         raise ValueError(f"{name}: expected a probability between 0 and 1, got {_short(value)}")
+    return float(value)
+
+
+def rare(name: str, value: float) -> float:
+    """A probability whose complement is not rounded to one."""
+    if probability(name, value) < 1e-12:
+        raise ValueError(f"{name}: expected at least 1e-12, got {value:g}")
     return float(value)
 
 
@@ -88,7 +154,7 @@ def unknown(what: str, name: str, known: Iterable[str]) -> str:
     import difflib  # for messages only
 
     names = list(known)
-    close = difflib.get_close_matches(name, names, 3, 0.5)
+    close = difflib.get_close_matches(name, names, 3, 0.5) if isinstance(name, str) else []
     nearest = f"; did you mean {' or '.join(close)}?" if close else ""
     return f"unknown {what} {name!r}{nearest}\n  Known: {', '.join(names)}"
 
@@ -100,6 +166,52 @@ def thread_count(threads: int | None) -> int:
     """As many threads as asked for, or one for each core there is leave to run on."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if int(threads) != threads or threads < 1:
-        raise ValueError(f"threads: expected a whole number from 1, got {threads!r}")
-    return min(int(threads), MOST_THREADS)
+    return min(whole("threads", threads, 1), MOST_THREADS)
+
+
+def by_hints(function: Callable[Given, Answer]) -> Callable[Given, Answer]:
+    """A function whose arguments are checked by their annotations; errors name an argument.
+
+    Arrays must hold numbers, ``int`` a whole number, ``float`` a number, a Literal one of its values, a Sequence or an
+    Iterable several things. What goes wrong inside without naming an argument names them all, with their shapes.
+    """
+    signature = inspect.signature(function)
+    hints = {name: str(parameter.annotation) for name, parameter in signature.parameters.items()}
+
+    @functools.wraps(function)
+    def checked(*args: Given.args, **options: Given.kwargs) -> Answer:
+        given = signature.bind(*args, **options).arguments
+        for name, value in given.items():
+            _check_by_hint(name, hints[name], value)
+        try:
+            return function(*args, **options)
+        except (TypeError, ValueError, IndexError, OverflowError, ZeroDivisionError, AttributeError) as error:
+            if isinstance(error, ValueError | TypeError) and any(re.search(rf"\b{k}\b", str(error)) for k in given):
+                raise
+            said = ", ".join(f"{name} {_shape_of(value)}" for name, value in given.items())
+            raise ValueError(f"{said}: do not fit ({error})") from error
+
+    return checked
+
+
+def _check_by_hint(name: str, hint: str, value: Any) -> None:
+    if value is None and "None" in hint:
+        return
+    hint = hint.removesuffix(" | None")
+    if hint in ("ArrayLike", "Array"):
+        numbers(name, value)
+    elif hint == "float":
+        real(name, value)
+    elif hint == "int" and not (isinstance(value, int | np.integer) and abs(int(value)) < 2**31):
+        raise TypeError(f"{name}: expected a whole number below 2³¹, got {_short(value)}")
+    elif hint.startswith("Literal["):
+        one_of(name, value, ast.literal_eval(f"({hint[8:-1]},)"))
+    elif hint.startswith(("Sequence[", "Iterable[")) and (isinstance(value, str | bytes) or not np.iterable(value)):
+        raise TypeError(f"{name}: expected several, got {_short(value)}")
+
+
+def _shape_of(value: object) -> str:
+    try:
+        return str(np.shape(value)) if isinstance(value, np.ndarray | list | tuple) else _short(value)  # type: ignore[arg-type]
+    except ValueError:  # rows of different lengths
+        return _short(value)

@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any, Literal, Protocol, overload
+from typing import TYPE_CHECKING, Any, Literal, Protocol, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .checks import numbers
 from .frame_of import frame_of, html_of
 from .times import duration
+
+if TYPE_CHECKING:
+    import pandas  # pyright: ignore[reportMissingImports, reportMissingModuleSource]
+    import polars
+    import pyarrow  # pyright: ignore[reportMissingImports]
 
 
 class Status(IntEnum):
@@ -28,10 +34,14 @@ class Status(IntEnum):
 STATUS = tuple(Status.__members__)  # the names, in the order of their numbers
 
 
+class UnknownComponent(KeyError, ValueError):
+    """A component that an estimate does not have."""
+
+
 def component_index(components: tuple[str, ...], name: str) -> int:
-    """Where a component stands in x. Errors: KeyError naming those that there are."""
-    if name not in components:
-        raise KeyError(f"{name!r}: expected one of {', '.join(components)}")
+    """Where a component stands in x. Errors: KeyError (a ValueError too) naming those that there are."""
+    if not isinstance(name, str) or name not in components:
+        raise UnknownComponent(f"component {name!r}: expected one of {', '.join(components)}")
     return components.index(name)
 
 
@@ -119,7 +129,7 @@ class Estimate:
         without a measurement at each time, so that both sides count. Of the outputs x, P, mode_probability and status
         come back. Errors: ValueError for an estimate that does not know its rows, or was smoothed with a lag.
         """
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        wanted = np.atleast_1d(numbers("times", times))
         if wanted.ndim != 1 or not np.isfinite(wanted).all():
             raise ValueError("times: expected finite numbers of seconds (T,)")
         return self._rows().at([wanted] * len(self))
@@ -130,6 +140,12 @@ class Estimate:
         bounds = zip(source.offsets[:-1], source.offsets[1:], strict=True)
         return source.at([_grid(source.time[first:end], every) for first, end in bounds])
 
+    @overload
+    def to_frame(self, backend: Literal["polars"] = "polars") -> polars.DataFrame: ...
+    @overload
+    def to_frame(self, backend: Literal["pandas"]) -> pandas.DataFrame: ...
+    @overload
+    def to_frame(self, backend: Literal["pyarrow"]) -> pyarrow.Table: ...
     def to_frame(self, backend: Literal["polars", "pandas", "pyarrow"] = "polars") -> Any:
         """A DataFrame: target, time, each component and its sd, mode probabilities, manoeuvring, NIS and status.
 
@@ -213,6 +229,7 @@ class Estimate:
         return html_of(self, STATUS)
 
 
+MOST_ROWS = 10**9  # of one target: 8 GB of times alone
 UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0, "m": 60.0, "h": 3600.0}
 
 
@@ -227,5 +244,8 @@ def _step(step: float | str) -> float:
 def _grid(time: NDArray[np.float64], step: float) -> NDArray[np.float64]:
     if not len(time):
         return np.empty(0)
-    count = int(np.floor((time[-1] - time[0]) / step * (1 + 1e-12))) + 1
+    steps = float((time[-1] - time[0]) / step * (1 + 1e-12))
+    if not steps < MOST_ROWS:
+        raise ValueError(f"step: expected fewer than {MOST_ROWS:,} rows of a target, got {steps:.3g} at {step:g} s")
+    count = int(np.floor(steps)) + 1
     return time[0] + step * np.arange(count)

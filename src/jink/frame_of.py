@@ -35,7 +35,7 @@ def columns_of(estimate: Any, statuses: Sequence[str]) -> dict[str, NDArray[Any]
 
 def frame_of(estimate: Any, statuses: Sequence[str], backend: str) -> Any:
     """A DataFrame of that library. Errors: ValueError for another backend; ImportError naming what is missing."""
-    if backend not in BACKENDS:
+    if not isinstance(backend, str) or backend not in BACKENDS:
         raise ValueError(f"backend: expected one of {', '.join(BACKENDS)}, got {backend!r}")
     columns = columns_of(estimate, statuses)
     try:

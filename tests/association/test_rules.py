@@ -29,6 +29,38 @@ def test_beliefs_are_the_textbook_s():
         assert np.allclose(miss, want[1], rtol=1e-9) and np.allclose(lone, want[2], rtol=1e-9)
 
 
+def test_the_sum_over_all_assignments_is_exact_where_plots_are_shared_along_a_tree():
+    """A row with every plot, and rows with one plot each that no other of these has: a tree."""
+    rng = np.random.default_rng(8)
+    psi = np.zeros((4, 3))
+    psi[0] = rng.lognormal(0, 3, 3)
+    psi[[1, 2, 3], [0, 1, 2]] = rng.lognormal(0, 3, 3)
+    # one row alone, and a weight that outweighs all others
+    for each in (psi, psi[:1], np.array([[1e30]])):
+        want = np.log(total(each))
+        assert native.log_total(*sparse(each)) == pytest.approx(want, rel=1e-9)
+
+
+def total(psi):
+    """Σ over assignments of Π psi, row by row over the plots that are left."""
+
+    def rest(i, left):
+        if i == len(psi):
+            return 1.0
+        return rest(i + 1, left) + sum(psi[i, j] * rest(i + 1, left - {j}) for j in left if psi[i, j])
+
+    return rest(0, frozenset(range(psi.shape[1])))
+
+
+def test_the_sum_over_all_assignments_is_near_where_plots_are_shared_in_circles():
+    """Bethe's sum is at most the true one (Gurvits 2011), and at least 2^(−n/2) of it (Anari & Rezaei 2019)."""
+    rng = np.random.default_rng(9)
+    for _ in range(20):
+        psi = rng.lognormal(0, 2, (2, 2))
+        off = native.log_total(*sparse(psi)) - np.log(total(psi))
+        assert -np.log(2) <= off <= 1e-3
+
+
 def test_exact_marginals_are_those_of_all_assignments():
     rng = np.random.default_rng(2)
     for _ in range(60):

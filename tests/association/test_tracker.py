@@ -250,6 +250,14 @@ def test_a_filter_that_cannot_is_refused_with_the_reason(name, why):
         jink.Tracker(name(jink.Position(sd=SD)))
 
 
+def test_a_filter_that_runs_along_each_axis_by_itself_is_refused_with_the_reason():
+    along = jink.Kalman(jink.ConstantVelocity(acceleration_psd=1.0), jink.Position(sd=SD, axes=1))
+    with pytest.raises(
+        ValueError, match="AxisByAxis cannot track plots without identity: each axis is a track of its own"
+    ):
+        jink.Tracker(jink.AxisByAxis(along, 2))
+
+
 def test_whatever_comes_the_numbers_stay_numbers():
     rng = np.random.default_rng(6)
     for association in ("marginal", "gnn", "nearest", "pda", "jpda"):

@@ -58,7 +58,7 @@ REFUSED = {  # a call, and what its message must say
     ),
     "a membership that is not known": (
         lambda: jink.FuzzyLimits(membership="gaussian"),
-        "FuzzyLimits.membership: expected one of exponential, triangular, got 'gaussian'",
+        "FuzzyLimits.membership: expected 'exponential' or 'triangular', got 'gaussian'",
     ),
     "limits across without limits along": (
         lambda: jink.CurrentStatistical(acceleration_max=30.0, across=jink.FuzzyLimits()),

@@ -6,12 +6,19 @@ What could end the process runs in the engine's checks first; these tests hold t
 from __future__ import annotations
 
 import json
+import sys
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
 import jink
+from benchmarks import border
+from jink.catalogue.purpose import Purpose
+from jink.catalogue.registry import FILTERS
 
 CV = jink.ConstantVelocity(acceleration_psd=1.0)
 KALMAN = jink.Kalman(CV, jink.Position(sd=10.0))
@@ -230,3 +237,48 @@ def test_what_lies_beyond_all_distances_starts_no_track(sensor, far):
         assert est.status[0] == jink.Status.none
         assert est.status[1] == jink.Status.initialised
         assert np.isfinite(est.x[1:]).all() and np.isfinite(est.P[1:]).all()
+
+
+@pytest.mark.parametrize("name", ["anfis-kf", "nn-kf", "input-estimation"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300])
+def test_a_forged_state_of_an_aid_or_a_detector_gives_no_nan(name, value):
+    """With a true checksum every number reaches the engine: refused, or all estimates after it are finite."""
+    f = FILTERS[name](Purpose(sensor=SENSOR, sd=10.0)).filter
+    state = live_after(f, 5).save()
+    taken = 0
+    for place in range(border.HEADER, len(state), 8):
+        forged = bytearray(state)
+        forged[place : place + 8] = np.float64(value).tobytes()
+        try:
+            live = f.start(state=border.signed(forged))
+            estimates = [live.update(6.0 + k, [1.0, 2.0]) for k in range(3)]
+        except ValueError:  # also of a state that is later than the rows
+            continue
+        taken += 1
+        for estimate in estimates:
+            assert np.isfinite(estimate.x).all() and np.isfinite(estimate.P).all(), place
+    assert taken > 5
+
+
+def test_a_list_that_gets_shorter_while_it_is_read_is_refused():
+    z: list = [1.0, 2.0]
+
+    class Number:
+        def __float__(self):
+            z.clear()
+            return 1.0
+
+    z[0] = Number()
+    with pytest.raises(ValueError, match="z: expected 2 components"):
+        KALMAN.start().update(0.0, z)
+
+
+@pytest.mark.parametrize("t", [[], [[]], "", "x", 10**400, [1.0, 2.0]])
+def test_a_live_time_is_one_time(t):
+    live = KALMAN.start()
+    with pytest.raises((TypeError, ValueError), match=r"t: expected|time: expected"):
+        live.update(t, [1.0, 2.0])
+    with pytest.raises((TypeError, ValueError), match="z: expected"):
+        live.update(0.0, [[1.0], [2.0, 3.0]])
+    with pytest.raises((TypeError, ValueError), match="z: expected"):
+        live.update(0.0, 10**400)

@@ -119,3 +119,44 @@ def test_interrupted_it_ranks_what_is_done(workers):
     assert 2 <= len(found.ranked) < 4
     assert len(found.ranked) + len(found.left) == 4
     assert set(found.left.values()) == {"interrupted"}
+
+
+def test_filters_of_your_own_are_candidates_too(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("my_candidates.py").write_text(OWN, encoding="utf-8")
+    training, objective = prepared("random-turns", runs=2, check_runs=4)
+    found = search(training, objective, names=["my_candidates.py:filters", "cv"], workers=2)
+    assert {ranked.name for ranked in found.ranked} == {"mine", "drag", "cv"}
+    assert found.left == {}
+    with pytest.raises(InputError, match=r"has no nothing; it has .*filters"):
+        search(training, objective, names=["my_candidates.py:nothing"])
+
+
+OWN = """
+import numpy as np
+import jink
+
+def mine(purpose):
+    return jink.Kalman(jink.ConstantVelocity(acceleration_psd=50.0), purpose.sensor)
+
+class Drag:
+    components = ("px", "vx", "py", "vy")
+
+    def __init__(self, acceleration_psd=4.0):
+        self.acceleration_psd = acceleration_psd
+
+    def f(self, x, dt):
+        out = x.copy()
+        out[:, [0, 2]] += x[:, [1, 3]] * np.asarray(dt)[:, None]
+        return out
+
+    def Q(self, dt):
+        dt = np.asarray(dt)
+        Q = np.zeros((len(dt), 4, 4))
+        for p in (0, 2):
+            Q[:, p, p], Q[:, p + 1, p + 1] = dt**3 / 3, dt
+            Q[:, p, p + 1] = Q[:, p + 1, p] = dt**2 / 2
+        return Q * self.acceleration_psd
+
+filters = {"mine": mine, "drag": Drag}
+"""

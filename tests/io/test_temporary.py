@@ -87,6 +87,13 @@ def test_a_folder_that_is_not_there_is_named(tmp_path):
         pass
 
 
+def test_a_name_that_no_file_can_have_is_named_before_anything_is_done(tmp_path):
+    name = tmp_path / ("a" * 256)
+    with pytest.raises(OSError, match=r"a{256}'$"), atomically(tmp_path / "t.csv", name):
+        pytest.fail("the work was begun")
+    assert left(tmp_path) == []
+
+
 def test_many_folders_at_once(tmp_path):
     """The lock of a new folder and its removal by another run do not meet."""
     script = (

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
+import polars as pl
 import pytest
 from numpy.testing import assert_allclose
 
+import jink
+from jink.filters.loading import load
 from jink.learn.candidates import errors_along_track, filter_of
 from jink.learn.data import from_scenario
 from jink.learn.interacting import ModesEncoding, identify_modes
+from jink.learn.learning import learn
+from jink.report.learn_table import rules
+from jink.scenarios import by_name
 
 
 @pytest.fixture(scope="module")
@@ -56,10 +62,10 @@ def test_rules_across_the_track_have_no_sign():
 
 
 def test_a_search_finds_rules_better_than_those_it_starts_from(runs):
-    some = from_scenario("random-turns", 8, 3)
+    some = from_scenario("random-turns", 5, 3)
     first, later = (
         identify_modes(some, interval=(0.1, 60.0), population=12, generations=n, along_track=True, seed=2)
-        for n in (1, 40)
+        for n in (1, 25)
     )
     assert len(later.across) == len(later.modes) == 3
     figure = [
@@ -78,3 +84,25 @@ def test_one_axis_has_no_track(runs):
     tables, transition = of.decode(np.full((1, of.chromosome.genes), 0.5))
     with pytest.raises(ValueError, match="runs: expected two or three axes, got one"):
         errors_along_track(tables, transition, runs.along([0]))
+
+
+@pytest.mark.parametrize("name", ["fuzzy-imm", "fuzzy-kalman"])
+def test_learned_saved_and_tracked_with(name, tmp_path):
+    learned = learn(
+        name,
+        "random-turns",
+        runs=8,
+        check_runs=6,
+        optimiser="together",
+        along_track=True,
+        generations=2,
+        population=12,
+        rules=2,
+    )
+    assert all(motion.across is not None for motion in learned.filter.motions)
+    assert any("across the track:" in line for line in rules(learned))
+    learned.save(tmp_path / "rules.json")
+    seen = by_name("random-turns").simulate(1, 3)
+    rows = {"target": np.zeros(len(seen.time[0])), "time": seen.time[0], "x": seen.z[0, :, 0], "y": seen.z[0, :, 1]}
+    tracked = jink.track(pl.DataFrame(rows), filter=load(tmp_path / "rules.json"), kind="fighter")
+    assert np.isfinite(tracked["x"].to_numpy()[2:]).all()

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from oracle.gaussian import Predicted, parts, predict, symmetric
+from oracle.hindsight import decided
 from oracle.mixture import Mode, augment, match, selection
 from oracle.motion import Motion
 from oracle.sensor import wrap
@@ -168,7 +169,7 @@ def rts(filter: Filter, before: Scan, after: Scan, smoothed: Mode) -> Mode:
 
 def smooth(filter: Filter, filtered: Estimate) -> Estimate:
     """Backward over the filter's scans; no information crosses a start or restart."""
-    scans = filtered.scans
+    scans = decided(filtered.scans)
     out = [replace(s) for s in scans]
     messages = [Message.silent(m.n) for m in filter.motions]
     for k in range(len(scans) - 2, -1, -1):

@@ -10,6 +10,7 @@ again from the last of them.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,7 @@ class Outliers:
     extent: float = 1e5
     restart_after: int = 2
     velocity_extent: float = 1e3
+    hindsight: bool = False
 
     def log_density(self, row: Row) -> float:
         extents = {"p": self.extent, "v": self.velocity_extent, "a": 2 * np.pi}
@@ -75,6 +77,7 @@ class Scan:
     nis: float = np.nan
     nis_dof: int = 0
     pit: Array | None = None  # of each measured component, NaN for the others
+    doubt: Any = None  # if it is followed both ways, see oracle.hindsight
 
 
 @dataclass
@@ -335,7 +338,10 @@ def track(filter: Filter, time, z, which=None, R=None, u=None) -> Estimate:
     """Filter one track: time (N,), z (N, m), which (N,) sensor per row, R (N, m, m) or None, u (N, axes) or
     None.
     """
-    run = Track(filter)
+    from oracle.hindsight import HindsightTrack
+
+    hindsight = filter.outliers is not None and filter.outliers.hindsight
+    run = HindsightTrack(filter) if hindsight else Track(filter)
     for k in range(len(time)):
         sensor = filter.sensors[0 if which is None else which[k]]
         row = Row(float(time[k]), np.array(z[k][: sensor.m], float), sensor.R if R is None else R[k], sensor)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import json
+import re
 from functools import partial
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from typer.testing import CliRunner
 
 from jink.cli.main import app
 from jink.io import pieces
-from jink.tracking import large, prepare
+from jink.tracking import large, prepare, sampled
 from jink.tracking.large_files import memory_of
 
 
@@ -166,6 +167,33 @@ def test_no_plausible_track_leaves_no_file(tmp_path, small, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ["f.parquet"]
 
 
+@pytest.mark.parametrize("output", [(), ("-o", "t.parquet")])
+def test_a_page_of_a_streamed_run_is_a_sample_that_says_so(tmp_path, monkeypatch, small, output):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(large, "PER_ROW", 10**7)
+    monkeypatch.setattr(sampled.Sampled.__init__, "__defaults__", (700, *sampled.Sampled.__init__.__defaults__[1:]))
+    flights().write_parquet("f.parquet")
+    summary = track("f.parquet", *output, "--report", "t.html", "--memory", "1GB")
+    page = Path("t.html").read_text(encoding="utf-8")
+    assert "t.html" in str(summary["written"]) and ("t.parquet" in str(summary["written"])) == bool(output)
+    found = re.search(r"This page shows a sample: (\d+) of 23 targets with (\d+) of ([\d,]+) rows", page)
+    assert found and 0 < int(found[1]) < 23 and int(found[2]) <= 700
+    assert int(found[3].replace(",", "")) == summary["accepted"]
+    assert Path("t.rejected.parquet").exists()
+
+
+def test_a_sample_keeps_whole_targets_and_never_none():
+    tables = [pl.DataFrame({"target": [f"{k}"] * 50, "x": range(50)}) for k in range(100)]
+    some = sampled.Sampled(most=600)
+    assert all(some.take(table) is table for table in tables)
+    kept = some.tracks()
+    assert 0 < kept.height <= 600 and set(kept.group_by("target").len()["len"]) == {50}
+    assert f"{kept.height // 50} of 100 targets with {kept.height} of 5,000 rows" in some.said()
+    one = sampled.Sampled(most=10)
+    one.take(tables[0])
+    assert one.tracks().height == 50 and one.said() == ""
+
+
 def test_what_memory_may_be():
     assert (
         memory_of("2GB") == 2_000_000_000 and memory_of("1.5 GiB") == 3 * 2**29 and memory_of("700000000") == 7 * 10**8
@@ -176,7 +204,7 @@ def test_what_memory_may_be():
             memory_of(wrong)
 
 
-@pytest.mark.parametrize("option", [("--report", "t.html"), ("-o", "-"), ("--every", "1s", "-o", "t.csv")])
+@pytest.mark.parametrize("option", [("-o", "-"), ("--every", "1s", "-o", "t.csv")])
 def test_what_is_needed_whole_is_refused_before_it_is_read(tmp_path, monkeypatch, option):
     """Where --memory was given and does not suffice; the default bound only decides how a table is tracked."""
     monkeypatch.chdir(tmp_path)

@@ -13,6 +13,7 @@ from ..checks import Array
 from ..estimate import STATUS, Estimate
 from ..times import seconds
 from .picture import Picture
+from .smoothing import Taken, smoothed
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Found:
     """Rows of tracks, by track and time; plot: row of z, −1 for none.
 
     lone: of each row of z, the probability that it is no track's. counts of the run: scans, plots, and how many scans
-    were bounded ("crowded", "full", "inexact").
+    were bounded ("crowded", "full", "inexact"). taken: the plots of each row with their weights, where they were kept.
     """
 
     id: NDArray[np.int64]
@@ -59,11 +60,15 @@ class Found:
     lone: Array
     tentative: Tentative
     counts: dict[str, int] = field(default_factory=dict)
+    taken: Taken | None = None
 
 
-def track_scans(tracker: Any, scans: Scans, progress: Callable[[int, int], None] | None = None) -> Found:
-    """Every scan through the tracker."""
+def track_scans(
+    tracker: Any, scans: Scans, progress: Callable[[int, int], None] | None = None, *, keep: bool = False
+) -> Found:
+    """Every scan through the tracker. keep: the weights of plots, for smoothing."""
     pictures: list[Picture] = []
+    taken: list[dict[str, Any]] = []
     counts = {"scans": len(scans), "plots": 0, "unusable": 0, "crowded": 0, "full": 0, "inexact": 0, "living": 0}
     for k in range(len(scans)):
         rows = slice(int(scans.begin[k]), int(scans.begin[k + 1]))
@@ -72,15 +77,24 @@ def track_scans(tracker: Any, scans: Scans, progress: Callable[[int, int], None]
         own = None if scans.own is None else scans.own[rows]
         picture = tracker.scan(float(scans.time[k]), scans.z[rows], sensor, covariance=covariance, times=own)
         pictures.append(picture)
+        if keep:
+            taken.append(tracker.taken())
         for name in ("plots", "unusable", "crowded", "full", "inexact"):
             counts[name] += int(picture.report[name])
         counts["living"] = max(counts["living"], picture.report["living"])
         if progress and (k % 16 == 0 or k + 1 == len(scans)):
             progress(k + 1, len(scans))
-    return _gathered(tracker, scans, pictures, counts)
+    found, rows = _gathered(tracker, scans, pictures, counts)
+    if keep:
+        found.taken = Taken.joined(taken, scans.begin[:-1], tracker.filter.axes).some(rows)
+    return found
 
 
-def _gathered(tracker: Any, scans: Scans, pictures: list[Picture], counts: dict[str, int]) -> Found:
+def _gathered(
+    tracker: Any, scans: Scans, pictures: list[Picture], counts: dict[str, int]
+) -> tuple[Found, NDArray[np.int64]]:
+    """What was found, and which rows of all pictures it has."""
+
     def joined(take: Callable[[Picture], Any]) -> Any:
         return np.concatenate([take(p) for p in pictures]) if pictures else np.zeros(0)
 
@@ -97,7 +111,7 @@ def _gathered(tracker: Any, scans: Scans, pictures: list[Picture], counts: dict[
     names = ("x", "P", "mode_probability", "status")
     results = {name: joined(lambda p, name=name: p.estimate.results[name])[rows] for name in names}
     f = tracker.filter
-    return Found(
+    found = Found(
         id=ids[rows],
         time=time[rows],
         scan=scan[rows],
@@ -110,9 +124,10 @@ def _gathered(tracker: Any, scans: Scans, pictures: list[Picture], counts: dict[
         tentative=Tentative(ids[others], time[others], existence[others], places[others]),
         counts=counts,
     )
+    return found, rows
 
 
-def run_table(tracker: Any, data: Any) -> Any:
+def run_table(tracker: Any, data: Any, smooth: bool = False) -> Any:
     """A DataFrame with `time`, the sensor's components (x, y, …; SI), and `sensor` if there are several.
 
     Rows of one time (and sensor) are one scan. The same kind of DataFrame comes back: id, time, existence, confirmed,
@@ -142,7 +157,10 @@ def run_table(tracker: Any, data: Any) -> Any:
     begin = np.flatnonzero(new)
     z = table.select(pl.col(components).cast(pl.Float64)).to_numpy()
     sensors = [str(table["sensor"][int(k)]) for k in begin] if several else None
-    found = track_scans(tracker, Scans(time[begin], np.r_[begin, len(time)], z, None, sensors))
+    scans = Scans(time[begin], np.r_[begin, len(time)], z, None, sensors)
+    found = track_scans(tracker, scans, keep=smooth)
+    if smooth:
+        found = smoothed(tracker, scans, found)
     rows = table["__row"].to_numpy()
     out: dict[str, Any] = {
         "id": found.id,

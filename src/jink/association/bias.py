@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import Array
+from ..checks import Array, by_hints
 from ..times import seconds
 
 
@@ -19,6 +19,7 @@ class RadarBias(NamedTuple):
     pairs: int
 
 
+@by_hints
 def radar_bias(
     time: ArrayLike,
     plots: ArrayLike,

@@ -21,7 +21,8 @@ class Picture:
     whether it once was above 0.8 and has not fallen below 0.4 since. age (n,): scans since the first plot. plot (n,):
     the row of the scan's plots that most probably is the track's, −1 where it more probably has none. estimate: x, P,
     mode_probability and status of each track. lone (m,): of each plot, the probability that it is no track's.
-    report: counts of this scan, and what was bounded ("crowded", "full", "inexact").
+    report: counts of this scan, and what was bounded ("crowded", "full", "inexact"). lagged: of a tracker with a lag,
+    where each track was so many scans ago, at ``lagged.time``; NaN where it was not there yet.
     """
 
     time: float
@@ -34,6 +35,7 @@ class Picture:
     estimate: Estimate
     lone: Array
     report: dict[str, Any]
+    lagged: Estimate | None = None
 
     def __len__(self) -> int:
         return len(self.ids)

@@ -7,6 +7,7 @@ from typing import Any
 
 from .._engine import native
 from ..checks import unknown
+from ..filters.axis_by_axis import AxisByAxis
 from ..filters.bank import Bank
 from ..models.radar import Radar
 
@@ -21,7 +22,7 @@ ASSOCIATIONS: dict[str, native.Association] = {
 
 def association_called(name: str) -> native.Association:
     """The association of this name. Errors: ValueError that lists all names."""
-    if name not in ASSOCIATIONS:
+    if not isinstance(name, str) or name not in ASSOCIATIONS:
         raise ValueError(unknown("association", name, ASSOCIATIONS))
     return ASSOCIATIONS[name]
 
@@ -49,6 +50,11 @@ def named_radars(sensors: Any) -> dict[str, Radar]:
 def check_filter(filter: Any) -> None:
     """Can tracks of this filter be given plots by weight? Errors: TypeError or ValueError saying which and why."""
     name = type(filter).__name__
+    if isinstance(filter, AxisByAxis):
+        raise ValueError(
+            f"filter: {name} cannot track plots without identity: each axis is a track of its own, with modes of its "
+            "own, so that a plot has no likelihood for both at once; expected a filter of all axes, such as jink.IMM"
+        )
     if not isinstance(filter, Bank):
         raise TypeError(f"filter: expected one of jink's filters, got {name}")
     d = filter.declaration

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,16 +12,19 @@ from numpy.typing import ArrayLike
 from .._engine import native
 from ..checks import Array, covariance, numbers, positive, probability, thread_count, whole
 from ..estimate import Estimate
-from ..filters.rows import row_noise
+from ..filters.bank import Bank
+from ..filters.rows import indices, row_noise
 from ..models.radar import Radar
-from ..times import seconds
+from ..times import Time, moment, seconds
 from .batch import run_table
 from .detection import Detections
 from .extent import Extent
 from .history import History
+from .lagged import Laggards
 from .picture import Picture
 from .rules import association_called, check_filter, named_radars
 
+F = TypeVar("F")  # a DataFrame of any library
 SPEED_SD = 150.0  # m/s, of a target's velocity before anything is known of it
 
 
@@ -31,15 +36,16 @@ class Tracker:
     them. drop_after: seconds without a plot after which a track ends; None: existence alone decides. stay: mean seconds
     that a target stays in view. speed_sd (m/s): of a velocity before the second plot. association: marginal, gnn,
     nearest, pda or jpda. report: from this existence on, tracks that are not confirmed are in the picture too.
-    history: a scan may be late by so many scans; it is then taken as if it had come in time. threads: 1, or None for
-    all cores.
+    history: a scan may be late by so many scans; it is then taken as if it had come in time. lag: ``picture.lagged``
+    says where tracks were so many scans ago, by their most probable plots until now; not with history. threads: 1, or
+    None for all cores.
     Method: docs/many-targets.md. Errors: ValueError or TypeError naming the argument.
     """
 
     def __init__(
         self,
-        filter: Any,
-        sensors: Any = None,
+        filter: Bank,
+        sensors: Radar | Sequence[Radar] | Mapping[str, Radar] | None = None,
         *,
         new_per_hour: float | None = None,
         targets: float | None = None,
@@ -49,6 +55,7 @@ class Tracker:
         association: str = "marginal",
         report: float = 0.5,
         history: int = 0,
+        lag: int = 0,
         threads: int | None = 1,
     ) -> None:
         check_filter(filter)
@@ -59,6 +66,7 @@ class Tracker:
                 positive(name, value, zero=True)
         self.new_per_hour, self.targets = new_per_hour, targets
         self.history = whole("history", history, 0, 1000)
+        self.lag = whole("lag", lag, 0, 1000)
         self.report = report if report == 0 else probability("report", report)
         rules = native.ManyRules()
         rules.association = association_called(association)
@@ -66,20 +74,22 @@ class Tracker:
         rules.drop_after = np.inf if drop_after is None else positive("drop_after", drop_after)
         rules.threads = thread_count(threads)
         self.rules = rules
-        self._engine = native.Engine(self._declared(positive("speed_sd", speed_sd)))
+        self._declaration = self._declared(positive("speed_sd", speed_sd))
+        self._engine = native.Engine(self._declaration)
         self._columns = [s.rows for s in self._sensors]
         self.reset()
 
     def _declared(self, speed_sd: float) -> native.Declaration:
         """The filter's declaration without what existence replaces: its gate, restart, coast and two-point start."""
+        assert self.filter.declaration is not None  # check_filter looked
         d = native.Declaration(self.filter.declaration)
-        own = list(self.filter.sensors)
+        own: list[Any] = list(self.filter.sensors)
         models = [radar.measures() for radar in self.radars.values()]
         if len(models) > len(own) and any(m is None for m in models):
             raise ValueError(
                 "sensors: the filter has fewer sensors than there are radars; say what each radar measures"
             )
-        given = [own[k] if model is None else model for k, model in enumerate(models)]
+        given: list[Any] = [own[k] if model is None else model for k, model in enumerate(models)]
         for name, model in zip(self.radars, given, strict=True):
             if not hasattr(model, "native"):
                 raise ValueError(f"sensors: {name} measures with a model of your own; expected one of jink's sensors")
@@ -88,15 +98,20 @@ class Tracker:
             if getattr(model, "axes", None) not in (None, self.filter.axes):
                 raise ValueError(f"sensors: {name} has {model.axes} axes, the filter {self.filter.axes}")
         self._models, self._sensors = given, [model.native() for model in given]
+        if self.lag and (self.history or any(model is not None for model in models)):
+            raise ValueError(
+                "lag: expected none beside history, or radars that measure otherwise than the filter's sensors"
+            )
         self._spread = [float(np.sqrt(s.noise[0])) for s in self._sensors]
         d.sensors = self._sensors
-        d.outlier_share, d.restart_after, d.coast = 0.0, 0, 0.0
+        d.outlier_share, d.hindsight, d.restart_after, d.coast = 0.0, False, 0, 0.0
         d.coasting = native.Coasting()
         d.start, d.velocity_variance = native.Start.one_point, speed_sd**2
         return d
 
     def reset(self) -> None:
         """Forget all tracks, and what was learned of the clutter."""
+        self._laggards = Laggards(self.filter, self.lag) if self.lag else None
         self._history = History(self.history)
         self._begin()
 
@@ -114,17 +129,17 @@ class Tracker:
         self._extents = [Extent() for _ in views]
         self._detections = [Detections() for _ in views]
 
-    def add(self, time: Any, x: ArrayLike, P: ArrayLike, existence: float = 0.999) -> int:
+    def add(self, time: Time, x: ArrayLike, P: ArrayLike, existence: float = 0.999) -> int:
         """A target that is known to be there: mean x and covariance P in ``filter.components``. Returns its id."""
         n = len(self.filter.components)
         mean = np.ascontiguousarray(numbers("x", x).reshape(-1))
         if mean.shape != (n,):
             raise ValueError(f"x: expected {n} components, {' '.join(self.filter.components)}, got {mean.size}")
-        return self._many.add(float(seconds(time)), mean, covariance("P", P, n), probability("existence", existence))
+        return self._many.add(moment(time), mean, covariance("P", P, n), probability("existence", existence))
 
     def scan(
         self,
-        time: Any,
+        time: Time,
         plots: ArrayLike,
         sensor: str | None = None,
         *,
@@ -141,9 +156,7 @@ class Tracker:
         −1 where not.
         Errors: ValueError naming the argument.
         """
-        t = float(seconds(time))
-        if not np.isfinite(t):
-            raise ValueError(f"time: expected a time, got {time!r}")
+        t = moment(time)
         now = self._many.time
         scan = (t, plots, sensor, covariance, code, times)
         if t < now and not self.history:
@@ -173,7 +186,9 @@ class Tracker:
         report = self._many.scan(t, which, z, noise, self._unit(which, z), codes, own)
         picture = self._picture(t, report)
         self._learn_detection(which, picture)
-        return picture
+        if self._laggards is None:
+            return picture
+        return replace(picture, lagged=self._laggards.take(picture, z, which, noise))
 
     def _learn_detection(self, which: int, picture: Picture) -> None:
         radar = list(self.radars.values())[which]
@@ -187,13 +202,13 @@ class Tracker:
     def _index(self, sensor: str | None) -> int:
         if sensor is None and len(self.radars) == 1:
             return 0
-        if sensor not in self.radars:
+        if not isinstance(sensor, str) or sensor not in self.radars:
             raise ValueError(f"sensor: {sensor!r} was not declared; expected one of {', '.join(self.radars)}")
         return list(self.radars).index(sensor)
 
     def _plots(self, plots: ArrayLike, which: int) -> Array:
         columns = self._columns[which]
-        z = np.asarray(plots, dtype=float)
+        z = numbers("plots", plots)
         z = z.reshape(0, columns) if z.size == 0 else z
         if z.ndim != 2 or z.shape[1] != columns:
             names = ", ".join(self._models[which].components)
@@ -262,9 +277,16 @@ class Tracker:
             report=report,
         )
 
-    def run(self, data: Any) -> Any:
-        """Every scan of a DataFrame with `time` and the sensor's components: see :func:`run_table` in ``batch.py``."""
-        return run_table(self, data)
+    def run(self, data: F, smooth: bool = False) -> F:
+        """Every scan of a DataFrame with `time` and the sensor's components: see :func:`run_table` in ``batch.py``.
+
+        smooth: every estimate uses its whole track, and all plots by their weights.
+        """
+        return run_table(self, data, smooth)
+
+    def taken(self) -> dict[str, Any]:
+        """Of the tracks of the last scan, in the picture's order, which plots they have taken, and how surely."""
+        return self._many.taken(self.report)
 
     def components_of(self, sensor: str | None = None) -> tuple[str, ...]:
         """Names of the columns of a sensor's plots."""
@@ -289,11 +311,14 @@ class Tracker:
         return np.array(head).tobytes() + self._many.save()
 
     def load(self, state: bytes) -> None:
-        """Go on from a saved state. Errors: ValueError where it is that of another tracker."""
+        """Go on from a saved state; a lag looks back on later scans alone. Errors: ValueError where it is another's."""
+        self._laggards = Laggards(self.filter, self.lag) if self.lag else None
         self._history = History(self.history)
         self._restore(state)
 
     def _restore(self, state: bytes) -> None:
+        if not isinstance(state, bytes):
+            raise TypeError(f"state: expected the bytes that save() gave, got {type(state).__name__}")
         size = 72 * len(self.radars)
         if len(state) < size:
             raise ValueError("state: is cut short, or was saved by another tracker")
@@ -315,7 +340,7 @@ def _times(times: ArrayLike, rows: int) -> Array:
 
 
 def _codes(code: ArrayLike, rows: int) -> np.ndarray:
-    codes = np.asarray(code)
+    codes = np.asarray(numbers("code", code) if isinstance(code, str | bytes) else indices("code", code))
     if codes.shape != (rows,) or not np.issubdtype(codes.dtype, np.integer):
         raise ValueError(f"code: expected a whole number for each of {rows} plots, -1 where it says none")
     return np.ascontiguousarray(codes, np.int64)

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..checks import unknown
+from ..checks import unknown, with_attributes
 from ..filters.axis_by_axis import of_one_axis, on_axes
 from ..filters.imm import IMM
-from ..filters.loading import load
+from ..filters.loading import AnyFilter, load
 from ..io.errors import InputError
 from ..models.outliers import Outliers
 from ..models.sensor import Polar, Position, PositionVelocity, Sensor
@@ -40,10 +40,10 @@ def choose_filter(
     components: Sequence[str],
     sd: Mapping[str, float],
     kind: str,
-    filter: Any,
+    filter: str | AnyFilter | None,
     gap: float = 0.0,
     interval: float = 1.0,
-) -> Any:
+) -> AnyFilter:
     """A filter for measured `components` (x, y, altitude, ...) of typical `sd`s.
 
     `filter` is a filter, a name of `FILTERS`, or None for the kind's default; gap (s): the longest within a part of a
@@ -65,7 +65,16 @@ def purpose_of(
 
     earth_radius (m): of the sphere that a radar's altitudes are above.
     """
-    level = sd["range" if components[0] == "range" else "position"]
+    if isinstance(components, str) or not isinstance(components, Sequence) or not components:
+        raise InputError(f"components: expected the names of what is measured, got {components!r}")
+    named = "range" if components[0] == "range" else "position"
+    if not isinstance(sd, Mapping) or not isinstance(sd.get(named), int | float):
+        raise InputError(f"sd: expected one of {named!r}, got {sd!r}")
+    kind_of(kind)
+    for name, value in (("gap", gap), ("interval", interval)):
+        if not isinstance(value, int | float) or not value >= 0 or (isinstance(value, int) and value > 1e300):
+            raise InputError(f"{name}: expected seconds, got {value!r}")
+    level = sd[named]
     sensor = sensor_of(components, sd, earth_radius)
     return Purpose(sensor=sensor, kind=kind, sd=level, outliers=Outliers(), gap=gap, interval=interval)
 
@@ -76,6 +85,7 @@ def chosen(filter: Any, purpose: Purpose, components: Sequence[str]) -> Any:
     One of one axis runs along each axis of positions by itself.
     """
     if filter is not None and not isinstance(filter, str):
+        with_attributes("filter", filter, ("filter", "sensors"), "a filter or a name of jink.FILTERS")
         filter = on_axes(filter, purpose.sensor)
         _check(filter, components)
         return filter

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from math import ceil, log, sqrt
 from typing import Any
 
+from ..checks import probability, whole
+from ..filters.loading import AnyFilter
 from ..models.outliers import Outliers
-from ..models.sensor import Position
+from ..models.sensor import Position, Sensor
 from ..models.switching import Sojourn
 from .targets import KINDS
 
@@ -28,12 +30,12 @@ class Purpose:
     largest acceleration by the source of a scenario.
     """
 
-    sensor: Any
+    sensor: Sensor
     kind: str = "aircraft"
     name: str = ""
     sd: float = 1.0
     interval: float = 1.0
-    loss: Callable[[Any], float] | None = None
+    loss: Callable[[AnyFilter], float] | None = None
     fitted: str = ""
     per_axis: bool = False
     outliers: Outliers | None = None
@@ -72,12 +74,14 @@ class Purpose:
 
     def staying(self, stay: float, modes: int) -> Sojourn:
         """The chain of equally likely changes in which a mode outlasts one interval with probability ``stay``."""
-        even = 1.0 - 1.0 / modes
+        even = 1.0 - 1.0 / whole("modes", modes, 2, 512)
+        if probability("stay", stay) <= 1.0 / modes:
+            raise ValueError(f"stay: expected more than 1/{modes}, the share of each mode, got {stay:g}")
         rate = -even * log((stay - 1.0 / modes) / even) / self.interval
         return Sojourn(seconds=[1.0 / rate] * modes)
 
     @property
-    def seen(self) -> Any:
+    def seen(self) -> Sensor:
         """The sensor a filter is built for: one axis of it where filters run along each axis."""
         sd = getattr(self.sensor, "sd", None)
         if self.per_axis and self.sensor.position_only and isinstance(sd, int | float):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 
-from ..checks import positive, unknown
+from ..checks import positive, unknown, whole, with_attributes
 from ..filters.imm import IMM
 from ..io.errors import InputError
 from ..models.coasting import Coasting
@@ -34,7 +34,8 @@ class Kind:
     where an outlier may lie, horizontally and vertically; coast (s): a track without a position for longer is given up,
     or cut in two; acceleration (m/s²): what a target pulls when it manoeuvres; position_sd (m): of a measurement, where
     the data do not tell; coasting: what a target does while nothing is measured. manoeuvre_g: a mean acceleration over
-    manoeuvre_seconds that is larger is a manoeuvre, horizontally and vertically, in g.
+    manoeuvre_seconds that is larger is a manoeuvre, horizontally and vertically, in g. height (m): of a target above
+    the radar, mean and sd, where nothing tells it.
     """
 
     summary: str
@@ -49,6 +50,7 @@ class Kind:
     coasting: Coasting
     manoeuvre_g: tuple[float, float]
     manoeuvre_seconds: float
+    height: tuple[float, float] = (0.0, 0.0)
 
     def gap(self, step: float) -> float:
         """Seconds without a position after which a track begins anew; step (s): the usual time between two."""
@@ -62,10 +64,13 @@ class Kind:
         self, sensor: Sensor, axes: int | None = None, *, interval: float = 0.0, coast: float | None = None
     ) -> IMM:
         """The default IMM, see :func:`jink.default_filter`."""
-        n = int(axes or sensor.axes or 2)
+        with_attributes("sensor", sensor, ("axes", "extents"), "one of jink's sensors")
+        n = sensor.axes or 2 if axes is None else whole("axes", axes, 1, 3)
         if n < 2:
             raise ValueError("default_filter: expected a sensor of 2 or 3 axes, got 1; the default filters model turns")
-        rarer = max(1.0, RARE * positive("interval", interval, zero=True) / self.coast)
+        if positive("interval", interval, zero=True) > 1e9:
+            raise ValueError(f"interval: expected seconds between positions, got {interval:g}")
+        rarer = max(1.0, RARE * interval / self.coast)
         wait = rarer * self.coast if coast is None else positive("coast", coast, zero=True)
         extent = sensor.extents(rarer * self.extent[0], rarer * self.extent[1], self.speed)
         return IMM(
@@ -131,6 +136,7 @@ AIRCRAFT = Kind(
     coasting=Coasting(after=20.0, manoeuvre=10.0, climb=30.0, reverses=False),
     manoeuvre_g=(0.05, 0.03),
     manoeuvre_seconds=8.0,
+    height=(4000.0, 3500.0),
 )
 
 FIGHTER = Kind(
@@ -156,6 +162,7 @@ FIGHTER = Kind(
     coasting=Coasting(after=20.0, manoeuvre=5.0, climb=20.0),
     manoeuvre_g=(0.5, 0.3),
     manoeuvre_seconds=4.0,
+    height=(5000.0, 4000.0),
 )
 
 KINDS: dict[str, Kind] = {
@@ -223,6 +230,7 @@ KINDS: dict[str, Kind] = {
         coasting=Coasting(after=5.0, manoeuvre=2.0, climb=5.0),
         manoeuvre_g=(0.1, 0.1),
         manoeuvre_seconds=2.0,
+        height=(100.0, 100.0),
     ),
     "person": Kind(
         summary="people on foot or by bicycle",
@@ -250,6 +258,6 @@ KINDS: dict[str, Kind] = {
 
 def kind_of(name: str) -> Kind:
     """The kind of this name. Errors: InputError with the nearest and all."""
-    if name not in KINDS:
+    if not isinstance(name, str) or name not in KINDS:
         raise InputError(unknown("kind", str(name), KINDS))
     return KINDS[name]

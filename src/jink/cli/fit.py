@@ -56,7 +56,7 @@ class FitRequest:
             metavar="NAME",
             help="The filter to fit: a name (a wrong one lists all), a file written by save(), or yours as my.py:name. "
             "Default: imm. "
-            "With --search: the candidates, with commas. Default: all.",
+            "With --search: the candidates, with commas, yours as my.py:name among them. Default: all.",
             autocompletion=completed_from("filters"),
         ),
     ] = None
@@ -104,6 +104,19 @@ class FitRequest:
     starts: Annotated[int, typer.Option(metavar="N", help="Number of points the optimisation starts from.")] = 3
     kind: RecordedKind = "aircraft"
     columns: Columns = None
+    anonymous: Annotated[
+        bool,
+        typer.Option(
+            "--anonymous",
+            help="Plots of the file do not say whose they are: fit detection, false plots, new targets and noise. "
+            "Default for a table without identity in which several rows share a time.",
+            **FLAG,
+        ),
+    ] = False
+    period: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Time of one scan, where plots without identity have times of their own."),
+    ] = None
     checkpoint: Annotated[
         str | None,
         typer.Option(metavar="FILE", help="Keep the state of the fit here while it runs. Default: beside the output."),
@@ -133,6 +146,20 @@ def _run(request: FitRequest) -> int:
     output = filter_path(request.output, request.data)
     report = output_path("--report", request.report, data=request.data)
     options = _options(request)
+    if request.anonymous or request.period is not None:
+        return _sky(request, output)
+    try:
+        return _of_tracks(request, options, output, report)
+    except InputError as error:
+        from ..compare.recorded import WithoutIdentity
+
+        if not isinstance(error, WithoutIdentity):
+            raise
+        return _sky(request, output)
+
+
+def _of_tracks(request: FitRequest, options: dict[str, Any], output: Path | None, report: Path | None) -> int:
+    """Of a scenario, or of rows that say whose they are."""
     if request.search:
         return _search(request, options, output, report)
     from ..fit import fit as fit_one
@@ -166,6 +193,44 @@ def _run(request: FitRequest) -> int:
 
         show(fit)
         _say_where(output, report)
+    return 130 if fit.interrupted else 0
+
+
+def _sky(request: FitRequest, output: Path | None) -> int:
+    """Of plots without identity."""
+    from ..fit.sky import fit_sky
+
+    for option, given in {
+        "--search": request.search,
+        "--objective": request.objective not in (None, "likelihood"),
+        "--truth": request.truth,
+        "--report": request.report,
+        "--checkpoint": request.checkpoint,
+        "--resume": request.resume,
+    }.items():
+        if given:
+            raise InputError(f"{option}: plots without identity are fitted by likelihood alone; leave it out")
+    with progress_line(not (request.quiet or request.json)) as tell:
+        fit = fit_sky(
+            request.data,
+            request.filter or "imm",
+            free=words_of(request.free),
+            fixed=words_of(request.fix),
+            period=request.period,
+            kind=request.kind,
+            columns=parse_columns(request.columns) or None,
+            minutes=request.minutes,
+            progress=_progress(tell, "{words}"),
+        )
+    if output:
+        fit.save(output)
+    if request.json:
+        sys.stdout.write(json_text(fit.as_dict()))
+    elif not request.quiet:
+        from ..report.sky_fit_table import show
+
+        show(fit)
+        say(f"\njink track FILE {'' if output is None else f'--filter {output} '}{fit.options()}\n")
     return 130 if fit.interrupted else 0
 
 

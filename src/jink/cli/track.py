@@ -153,7 +153,16 @@ class TrackRequest:
         typer.Option(
             metavar="LAG",
             help="Let every estimate use what was measured up to so many scans (2) or seconds (8s) later. "
-            "One scan makes positions a fifth to a quarter better.",
+            "One scan makes positions a fifth to a quarter better. A stream gets it beside the current estimate.",
+        ),
+    ] = None
+    target_height: Annotated[
+        str | None,
+        typer.Option(
+            "--target-height",
+            metavar="M,SD",
+            help="How high targets are above a radar that measures no heights, in metres, such as 4000,3500; "
+            "ground: its ranges are those along the ground.",
         ),
     ] = None
     manoeuvre_g: Annotated[
@@ -213,7 +222,7 @@ class TrackRequest:
         typer.Option(
             metavar="MAP",
             rich_help_panel=INPUT,
-            help="Name the columns yourself: target=hex,altitude_ft=alt,time_ms=t.",
+            help="Name the columns yourself: target=hex,altitude_ft=alt,time_s=t.",
         ),
     ] = None
     altitude_unit: Annotated[
@@ -402,6 +411,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
     from ..tracking.noise_level import parse_sensor_sd
     from ..tracking.prepare import sites_of
     from ..tracking.resampling import parse_every
+    from ..tracking.unknown_height import TargetHeight
 
     check_kind(request.kind)
     site, sites = sites_of(parse_sites(request.site))
@@ -423,6 +433,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         velocity=not request.no_velocity,
         every=parse_every(request.every),
         manoeuvre_g=request.manoeuvre_g,
+        target_height=TargetHeight.of(request.target_height),
     )
     columns = parse_columns(request.columns)
     checked, kept = not request.no_check, None if request.keep is None else tuple(words_of(request.keep))
@@ -463,7 +474,6 @@ def _run_live(request: TrackRequest) -> int:
         raise InputError("--anonymous needs whole scans: give a file, or use jink.Tracker.scan in Python")
     for given, option in (
         (request.smooth, "--smooth"),
-        (request.lag, "--lag"),
         (request.report, "--report"),
         (request.output, "--output"),
         (request.json, "--json"),
@@ -637,14 +647,30 @@ def _large(
     from ..tracking.large_files import memory_of, track_large
 
     memory = memory_of(request.memory)
-    if anonymous is not None or request.report or request.output == "-" or fits(request.inputs, memory):
+    if anonymous is not None or request.output == "-" or fits(request.inputs, memory):
         return None
     if settings.every is not None or settings.sites:
         return None
-    rejected = rejected_path(output) if output else None
-    to = (output, kind) if output else None
-    done = track_large(request.inputs, reading, settings, memory, to, rejected, progress, safe=request.safe_csv)
+    report = Path(request.report) if request.report else None
+    beside = output or report
+    done = track_large(
+        request.inputs,
+        reading,
+        settings,
+        memory,
+        (output, kind) if output else None,
+        rejected_path(beside) if beside else None,
+        progress,
+        safe=request.safe_csv,
+        page=(report, _page_of) if report else None,
+    )
     return done and (Tracked(None, None, done[0]), done[1])
+
+
+def _page_of(tracks: Any, path: Path, summary: dict[str, Any]) -> None:
+    from ..report import write_report
+
+    write_report(tracks, path, summary=summary)
 
 
 def _answer(tracked: Any, quiet: bool) -> None:

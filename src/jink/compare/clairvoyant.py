@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import Array
+from ..checks import Array, by_hints
 from ..estimate import Estimate
 from ..filters.kalman import Kalman
 from ..models.motion import ConstantVelocity
@@ -14,6 +14,7 @@ from ..models.sensor import Sensor
 from ..models.start import TwoPoint
 
 
+@by_hints
 def clairvoyant(
     time: ArrayLike,
     z: ArrayLike,

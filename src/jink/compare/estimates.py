@@ -114,7 +114,7 @@ def _along_axes(estimate: Any, answer: Answer, variances: Array, simulation: Sim
     names, rows, level = list(estimate.components), B * S, slice(0, min(axes, 2))
 
     def each(values: Array | None) -> Array | None:
-        return None if values is None else values[..., level].reshape(rows, -1)
+        return None if values is None else values[..., level].reshape(rows, -1).T
 
     def spread(name: str) -> Array | None:
         return variances[..., level, names.index(name)].mean(axis=2).reshape(rows) if name in names else None

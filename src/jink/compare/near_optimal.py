@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import by_hints
 from ..metrics.consistency import nees
 from .hypotheses import Array, Hypotheses, fuse_lightest, join, moments, switch, update
 from .priors import Prior
@@ -52,6 +53,7 @@ class Reference:
         return nees(error, self.P[..., index, :][..., index]) / (2 * axes)
 
 
+@by_hints
 def near_optimal(z: Array, prior: Prior, *, sd: float, T: float = 1.0, hypotheses: int = 32) -> Reference:
     """Filter positions of targets drawn from ``prior``, starting quiet at an unknown place and velocity.
 

@@ -10,13 +10,17 @@ from typing import Any
 from ..catalogue.purpose import Named, Purpose, Unfit
 from ..catalogue.registry import SHORT
 from ..filters.kalman import Kalman
-from ..filters.own import OwnFilter
+from ..filters.loading import AnyFilter
+from ..filters.own import OwnFilter, Steps
 from ..io.errors import InputError
 from ..io.own_code import is_code, loaded
+from ..models.motion import OwnMotion
 from .entrants import ENTRANTS, SUFFIX
 from .filter_files import suits
 
 Maker = Callable[[Purpose], Named]
+Own = AnyFilter | OwnMotion | Steps | Callable[[Purpose], AnyFilter | Named]
+Entry = Own | None
 EXPECTED = (
     "a filter, a function of the purpose that returns one, a motion model with f(x, dt) and Q(dt), "
     "an object with begin(z, R) and step(state, dt, z, R), or None for jink's filter of that name"

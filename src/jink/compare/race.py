@@ -12,7 +12,7 @@ from ..io.errors import InputError
 from ..scenarios import Scenario, by_name
 from ..tracking.lag import Lag
 from .entrants import ALWAYS, ENTRANTS, check_names
-from .own_filters import own_filters
+from .own_filters import Entry, own_filters
 from .result import Race
 
 __all__ = ["ALWAYS", "ENTRANTS", "FILTERS", "Race", "compare"]
@@ -20,7 +20,7 @@ __all__ = ["ALWAYS", "ENTRANTS", "FILTERS", "Race", "compare"]
 
 def compare(
     scenario: str | os.PathLike[str] | Scenario,
-    filters: str | Sequence[str] | Mapping[str, Any] = (),
+    filters: str | Sequence[str] | Mapping[str, Entry] = (),
     runs: int = 1000,
     seed: int = 0,
     *,

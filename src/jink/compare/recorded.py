@@ -25,6 +25,7 @@ from ..io.errors import InputError
 from ..io.loading import Reading, load_files
 from ..models.tracks import Tracks
 from ..scenarios.observation import sensor_in_words
+from ..tracking.anonymous import is_anonymous
 from ..tracking.converted import in_metres
 from ..tracking.prepare import Settings, prepare
 from .entrants import SUFFIX, Entrant, enter
@@ -156,6 +157,10 @@ def race_on_file(
     )
 
 
+class WithoutIdentity(InputError):
+    """A table whose rows do not say whose they are."""
+
+
 def read(
     path: str, kind: str, seed: int, columns: Mapping[str, str] | None = None, positions: bool = False
 ) -> Recording:
@@ -167,6 +172,11 @@ def read(
         measurements, sampled = sample(path)
     else:
         measurements = load_files([path], Reading(columns)).measurements
+        if is_anonymous(measurements):
+            raise WithoutIdentity(
+                f"{path}: plots have no identity (several rows of one time, far apart); jink track finds the targets, "
+                "and jink fit what the sensor does"
+            )
     prepared = prepare(measurements, Settings(kind=kind, velocity=False))
     if not prepared.groups:
         raise InputError(f"{path}: no row is left after cleaning; jink track on this file says why")

@@ -141,7 +141,7 @@ class Race:
 
         plot(self).save(path)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """What `--json` writes: plain numbers, null where there is none."""
         filters = {
             name: {metric: _numbers(figure._asdict()) for metric, figure in self.figures(name).items()}

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, ClassVar
+from typing import ClassVar, Unpack
 
 from numpy.typing import ArrayLike
 
 from .._engine import native
-from ..checks import PerAxis, numbers, per_axis, positive
-from ..models.motion import ConstantVelocity, NativeMode
+from ..checks import PerAxis, items, numbers, per_axis, positive
+from ..models.motion import AnyMotion, ConstantVelocity, NativeMode, NativeMotion, manoeuvres, name_of
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
-from .imm import IMM
+from ..models.switching import Transition
+from .imm import IMM, IMMOptions
 from .parts import Parts
 from .plain import MODES
 
@@ -75,7 +76,7 @@ class AccelerationLevel:
     ValueError for in_sd without estimated.
     """
 
-    motion: Any
+    motion: NativeMotion
     acceleration: PerAxis
     estimated: bool = False
     in_sd: bool = False
@@ -98,19 +99,19 @@ class AccelerationLevel:
 
     def check_units(self, sensor_sd: float) -> None:
         """Errors: ValueError where the motion model was made for residuals of another sensor (sd in m)."""
-        if hasattr(self.motion, "check_units"):
-            self.motion.check_units(sensor_sd)
+        if check := getattr(self.motion, "check_units", None):
+            check(sensor_sd)
 
     @property
     def name(self) -> str:
         """The name of this mode in an estimate."""
-        return self.motion.name if self.manoeuvring == self.motion.manoeuvring else "acceleration_level"
+        return name_of(self.motion) if self.manoeuvring == manoeuvres(self.motion) else "acceleration_level"
 
     @property
     def manoeuvring(self) -> bool:
         """Does a target in this mode manoeuvre?"""
         still = not self.estimated and not any(_numbers(self.acceleration))
-        return bool(self.motion.manoeuvring) or not still
+        return manoeuvres(self.motion) or not still
 
     def native(self, axes: int) -> NativeMode:
         """What the engine runs."""
@@ -118,7 +119,8 @@ class AccelerationLevel:
 
     def adaptation(self, axes: int) -> native.Adaptation:
         """How the motion model adapts."""
-        return self.motion.adaptation(axes) if hasattr(self.motion, "adaptation") else native.Adaptation()
+        adaptation = getattr(self.motion, "adaptation", None)
+        return adaptation(axes) if adaptation is not None else native.Adaptation()
 
     def level(self, axes: int) -> tuple[list[float], bool, bool]:
         """The known acceleration of each axis, whether it counts from the estimate, and whether in its deviations."""
@@ -135,7 +137,7 @@ def _numbers(value: PerAxis) -> list[float]:
 
 
 def symmetric_levels(
-    motion: Any, steps: Sequence[float], axes: int, *, estimated: bool = True, in_sd: bool = False
+    motion: NativeMotion, steps: Sequence[float], axes: int, *, estimated: bool = True, in_sd: bool = False
 ) -> list[AccelerationLevel]:
     """Modes at zero and at ± each step (m/s², or standard deviations) along each axis: 1 + 2 · steps · axes of them.
 
@@ -166,18 +168,18 @@ class AdaptiveIMM(IMM):
 
     def __init__(
         self,
-        motions: Sequence[Any],
+        motions: Sequence[AnyMotion],
         sensor: Sensor | Sequence[Sensor],
-        transition: Any,
+        transition: Transition,
         *,
         estimator: Estimator,
-        **options: Any,
+        **options: Unpack[IMMOptions],
     ) -> None:
         if not isinstance(estimator, AugmentedAcceleration):
             raise TypeError(
                 f"estimator: expected AugmentedAcceleration or TwoStageAcceleration, got {type(estimator).__name__}"
             )
-        if not any(getattr(m, "estimated", False) for m in motions):
+        if not any(getattr(m, "estimated", False) for m in items("motions", motions, "motion models")):
             raise ValueError(
                 "motions: expected at least one AccelerationLevel with estimated=True; without one, nothing adapts"
             )
@@ -191,7 +193,7 @@ class AdaptiveIMM(IMM):
 def aimm(
     levels: Sequence[float],
     sensor: Sensor,
-    transition: Any = 0.97,
+    transition: Transition = 0.97,
     *,
     acceleration_sd: float,
     estimator: Estimator,

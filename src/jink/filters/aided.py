@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._engine import native
+from ..checks import with_attributes
 from ..models.anfis import Anfis
 from ..models.corrector import Corrector
 from .bank import Bank
@@ -30,6 +31,9 @@ class Aided(Bank):
     not_smoothed = "its aid was trained on filtered estimates; smooth the filter it aids, such as a jink.Kalman"
 
     def __init__(self, filter: Bank, corrector: Corrector) -> None:
+        with_attributes("filter", filter, ("declaration", "sensors", "motions"), "a filter such as jink.Kalman")
+        if not isinstance(corrector, Corrector):
+            raise TypeError(f"corrector: expected a learned Corrector, got {type(corrector).__name__}")
         if isinstance(filter, Aided):
             raise TypeError("filter: already has a learned aid")
         if filter.declaration is None:
@@ -44,7 +48,7 @@ class Aided(Bank):
         self.declaration.aid = _native(corrector)
         self.engine = native.Engine(self.declaration)
 
-    def described(self) -> dict[str, Any]:
+    def described(self) -> dict[str, object]:
         """The filter under the aid, and the aid."""
         return {"filter": "Aided", "of": self.filter_.described(), "corrector": plain(self.corrector)}
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import Array
+from ..checks import Array, whole
 from ..estimate import Estimate, Status
 from ..models.sensor import Position
+from .bank import Bank
 from .source import BatchSource
 
 AXES = "xyz"
@@ -39,6 +41,16 @@ class AxesEstimate(Estimate):
         return np.clip(1.0 - quiet.prod(axis=-1), 0.0, 1.0)
 
 
+class RowOptions(TypedDict, total=False):
+    """What can be told of rows that run along each axis by themselves."""
+
+    offsets: ArrayLike | None
+    covariance: ArrayLike | None
+    input: ArrayLike | None
+    threads: int | None
+    outputs: Sequence[str] | None
+
+
 class AxisByAxis:
     """``filter``, which has one axis, on ``axes`` of them, each as a track of its own.
 
@@ -48,13 +60,12 @@ class AxisByAxis:
     Source: the reading under which lee-2003's table comes out.
     """
 
-    def __init__(self, filter: Any, axes: int) -> None:
+    def __init__(self, filter: Bank, axes: int) -> None:
         if not of_one_axis(filter):
             raise ValueError(f"filter: expected one whose sensor measures x alone, got {filter!r}")
-        if axes not in (2, 3):
-            raise ValueError(f"axes: expected 2 or 3, got {axes!r}")
-        self.filter_, self.axes = filter, int(axes)
-        noise = float(filter.sensors[0].noise[0, 0])
+        self.filter_, self.axes = filter, whole("axes", axes, 2, 3)
+        sensor: Any = filter.sensors[0]
+        noise = float(sensor.noise[0, 0])
         self.sensors = (Position(sd=noise**0.5, axes=self.axes),)
         self.motions, self.outliers, self.initial = filter.motions, filter.outliers, filter.initial
         self.coast, self.declaration = getattr(filter, "coast", None), None
@@ -71,22 +82,29 @@ class AxisByAxis:
     def __repr__(self) -> str:
         return f"AxisByAxis({self.filter_!r}, {self.axes})"
 
-    def described(self) -> dict[str, Any]:
+    def described(self) -> dict[str, object]:
         """The filter of one axis."""
         return self.filter_.described()
 
-    def save(self, path: Any, **more: Any) -> None:
+    def save(self, path: str | os.PathLike[str], **more: object) -> None:
         """Write the filter of one axis, as its own ``save`` does."""
         self.filter_.save(path, **more)
 
-    def filter(self, time: ArrayLike, z: ArrayLike, **options: Any) -> Estimate:
+    def filter(self, time: ArrayLike, z: ArrayLike, **options: Unpack[RowOptions]) -> Estimate:
         """As :meth:`jink.IMM.filter`, without ``initial`` and ``out``."""
         return self._run(self.filter_.filter, time, z, **options)
 
-    def smooth(self, time: ArrayLike, z: ArrayLike, **options: Any) -> Estimate:
+    def smooth(
+        self,
+        time: ArrayLike,
+        z: ArrayLike,
+        *,
+        lag: int | None = None,
+        lag_seconds: float | None = None,
+        **options: Unpack[RowOptions],
+    ) -> Estimate:
         """As :meth:`jink.IMM.smooth`, without ``initial`` and ``out``."""
-        lags = {name: options.pop(name) for name in ("lag", "lag_seconds") if name in options}
-        return self._run(partial(self.filter_.smooth, **lags), time, z, **options)
+        return self._run(partial(self.filter_.smooth, lag=lag, lag_seconds=lag_seconds), time, z, **options)
 
     def start(
         self, n: int | None = None, *, lag: int = 0, state: bytes | None = None, outputs: Sequence[str] | None = None

@@ -12,14 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._engine import native
-from ..checks import Array, thread_count
+from ..checks import Array, items, thread_count, whole
 from ..estimate import Estimate
 from ..io.stages import stage
 from ..models.coasting import Coasting
-from ..models.motion import component_names, mode_names
+from ..models.motion import AnyMotion, component_names, mode_names
 from ..models.non_manoeuvring import non_manoeuvring_modes
 from ..models.observed import Observed
 from ..models.outliers import Outliers
+from ..models.sensor import AnySensor
 from ..models.start import OnePoint, Prior, TwoPoint
 from .live import LiveBatch, LiveTarget
 from .parts import Parts, is_fixed, native_mode
@@ -31,25 +32,26 @@ from .slots import Slots
 from .source import BatchSource
 
 MOST_MODES = 512
+MOST_TARGETS = 2**31 - 1  # live at once: the engine numbers them
 
 
 class Bank:
     """Runs ``motions`` on ``sensor``; the named filters say how they interact."""
 
-    motions: tuple[Any, ...]
-    sensors: tuple[Any, ...]
+    motions: tuple[AnyMotion, ...]
+    sensors: tuple[AnySensor, ...]
     outliers: Outliers | None
     initial: TwoPoint | OnePoint | Prior
     coast: float | None
-    fitted: dict[str, Any] = {}  # noqa: RUF012 # of a filter read from a file: what the file says it was fitted on
+    fitted: dict[str, object] = {}  # noqa: RUF012 # of a filter read from a file: what the file says it was fitted on
     not_smoothed: str = ""  # why there is no smoother, if there is none
     arguments: ClassVar[tuple[str, ...]]  # what a file holds of it beside motion models and sensors
     engine: Any  # runs it: native, or stepwise for models of your own
     declaration: native.Declaration | None = None  # what the native engine was made from
 
-    _given: tuple[tuple[Any, ...], dict[str, Any]]  # what it was made of
+    _given: tuple[tuple[object, ...], dict[str, object]]  # what it was made of
 
-    def __new__(cls, *args: Any, **options: Any) -> Self:
+    def __new__(cls, *args: object, **options: object) -> Self:
         """Keep the arguments: a copy or a pickle is made of them again."""
         made = super().__new__(cls)
         made._given = args, options
@@ -87,7 +89,7 @@ class Bank:
         coast: float | None,
     ) -> None:
         """What every filter is given."""
-        self.motions = tuple(motions)
+        self.motions = items("motions", motions, "motion models")
         if not self.motions:
             raise ValueError("motions: expected at least one motion model")
         # the engine's limit, said before anything as large as the square of the number is computed
@@ -97,6 +99,9 @@ class Bank:
             if _is_sensor(motion):
                 name = type(motion).__name__
                 raise TypeError(f"motion: got the sensor {name}; expected the motion model first, then the sensor")
+            if not callable(getattr(motion, "native", None)) and not callable(getattr(motion, "f", None)):
+                got = type(motion).__name__
+                raise TypeError(f"motions: expected jink's motion models or ones with f(x, dt), got {got}")
         self.sensors = as_sensors(sensor)
         self.outliers, self.coast = outliers, coast
         self.initial = initial if initial is not None else TwoPoint()
@@ -146,7 +151,8 @@ class Bank:
                 f"{type(self).__name__} has none; expected estimated=False"
             )
         declaration.modes = modes
-        declaration.sensors = [s.native(self.outliers) for s in self.sensors]
+        sensors: tuple[Any, ...] = self.sensors
+        declaration.sensors = [s.native(self.outliers) for s in sensors]
         if parts is not None:
             parts.into(declaration, self.axes)
         self.declaration = declaration
@@ -157,6 +163,8 @@ class Bank:
 
         if getattr(self, "coasting", None) is not None:
             raise TypeError("coasting: works on jink's own motion and sensor models, not beside models of your own")
+        if self.outliers is not None and self.outliers.hindsight:
+            raise TypeError("outliers: expected hindsight=False beside motion and sensor models of your own")
         for motion in self.motions:
             if hasattr(motion, "native") and not is_fixed(native_mode(motion, self.axes)):
                 raise TypeError(
@@ -170,8 +178,8 @@ class Bank:
     def axes(self) -> int:
         """Number of space axes: the sensors', or as many as your own model has positions."""
         for sensor in self.sensors:
-            if getattr(sensor, "axes", None):
-                return int(sensor.axes or 2)
+            if axes := getattr(sensor, "axes", None):
+                return int(axes)
         named = [set(getattr(m, "components", ())) & {"px", "py", "pz"} for m in self.motions]
         return max(map(len, named)) or 2
 
@@ -287,13 +295,11 @@ class Bank:
         so many scans the estimate is that of the scan so long ago, smoothed by those since. ``live.save()`` gives the
         state as bytes, taken up again by ``state``.
         """
-        if int(lag) != lag or lag < 0:
-            raise ValueError(f"lag: expected a whole number of scans, got {lag!r}")
+        lag = whole("lag", lag, 0, of=" of scans")
         if lag and self.not_smoothed:
             raise ValueError(f"lag: cannot smooth {type(self).__name__}: {self.not_smoothed}")
-        if n is not None and (int(n) != n or n < 1):
-            raise ValueError(f"n: expected a number of targets, got {n!r}")
-        live: Any = self.engine.one(int(lag), self) if n is None else self._many(int(n), int(lag), outputs)
+        n = None if n is None else whole("n", n, 1, MOST_TARGETS, of=" of targets")
+        live: Any = self.engine.one(lag, self) if n is None else self._many(n, lag, outputs)
         if isinstance(self.initial, Prior):
             x, P = prior_of_tracks(self.initial, self.components, n or 1)
             for k in range(n or 1):
@@ -332,18 +338,18 @@ class Bank:
     def _estimate(self, results: dict[str, Any]) -> Estimate:
         return Estimate(self.components, self.modes, results, self.non_manoeuvring)
 
-    def described(self) -> dict[str, Any]:
+    def described(self) -> dict[str, object]:
         """The filter as JSON holds it: its class, its models, and those of its ``arguments`` that are not None.
 
         Errors: TypeError for a model of your own whose class or fields a file cannot hold.
         """
-        body: dict[str, Any] = {"filter": type(self).__name__}
+        body: dict[str, object] = {"filter": type(self).__name__}
         body["motions"] = [plain(m) for m in self.motions]
         body["sensors"] = [plain(s) for s in self.sensors]
         given = {name: plain(getattr(self, name)) for name in self.arguments}
         return body | {name: value for name, value in given.items() if value is not None}
 
-    def save(self, path: str | os.PathLike[str], **more: Any) -> None:
+    def save(self, path: str | os.PathLike[str], **more: object) -> None:
         """Write the filter to a JSON file that :func:`jink.load` and ``jink track --filter`` read.
 
         ``more`` is kept in the file as well. Of a model of your own it holds the module and name of the class and its
@@ -401,7 +407,7 @@ class Bank:
         return Estimate(self.components, self.modes, results, self.non_manoeuvring, source=source)
 
 
-def _made_again(kind: type[Bank], args: tuple[Any, ...], options: dict[str, Any], fitted: dict[str, Any]) -> Bank:
+def _made_again(kind: type[Bank], args: tuple[Any, ...], options: dict[str, Any], fitted: dict[str, object]) -> Bank:
     """A filter from its arguments."""
     filter = kind(*args, **options)
     if fitted:
@@ -433,7 +439,7 @@ def as_sensors(sensor: Any) -> tuple[Any, ...]:
     if not sensors:
         raise ValueError("sensor: expected at least one")
     for s in sensors:
-        if not hasattr(s, "native") and not callable(getattr(s, "h", None)):
+        if not isinstance(s, Observed) and (hasattr(s, "native") or not callable(getattr(s, "h", None))):
             raise TypeError(f"sensor: expected one of jink's sensors or one with h(x), got {type(s).__name__}")
     axes = [str(s.axes) for s in sensors if getattr(s, "axes", None)]
     if len(set(axes)) > 1:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from .._engine import native
-from ..checks import positive
+from ..checks import one_of, positive
 from ..models.motion import NativeMode
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
@@ -39,14 +39,11 @@ class FuzzyLimits:
     membership: str = "exponential"
 
     def __post_init__(self) -> None:
-        if self.membership not in MEMBERSHIPS:
-            raise ValueError(
-                f"FuzzyLimits.membership: expected one of {', '.join(MEMBERSHIPS)}, got {self.membership!r}"
-            )
+        one_of("FuzzyLimits.membership", self.membership, MEMBERSHIPS)
         for side, k in (("", "up"), ("_down", "down")):
             names = f"threshold{side}", f"operating{side}"
             for name in (*names, k):
-                if getattr(self, name) is not None:
+                if getattr(self, name) is not None or not name.endswith("_down"):
                     positive(f"FuzzyLimits.{name}", getattr(self, name))
             a_th, a_up = self.side(side == "")
             if a_up >= a_th:

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from .._engine import native
 from ..models.fuzzy import PUBLISHED, FuzzyRules
-from ..models.motion import ConstantVelocity, NativeMode
+from ..models.motion import ConstantVelocity, NativeMode, NativeMotion, manoeuvres, name_of
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
+from ..models.switching import Transition
 from .imm import IMM
 
 
@@ -34,7 +35,7 @@ class FuzzyNoise:
     another motion than a constant velocity of equal noise along its axes. Source: Lee, Joo & Park 2003, eq. 12–19.
     """
 
-    motion: Any
+    motion: NativeMotion
     rules: FuzzyRules
     across: FuzzyRules | None = None
     remembers = True
@@ -58,12 +59,12 @@ class FuzzyNoise:
     @property
     def name(self) -> str:
         """The name of this mode in an estimate."""
-        return f"fuzzy_{self.motion.name}"
+        return f"fuzzy_{name_of(self.motion)}"
 
     @property
     def manoeuvring(self) -> bool:
         """Does a target in the motion model manoeuvre?"""
-        return bool(self.motion.manoeuvring)
+        return manoeuvres(self.motion)
 
     def native(self, axes: int) -> NativeMode:
         """What the engine runs."""
@@ -95,7 +96,8 @@ class FuzzyNoise:
 
     def level(self, axes: int) -> tuple[list[float], bool, bool]:
         """The motion model's known acceleration, if any."""
-        return self.motion.level(axes) if hasattr(self.motion, "level") else ([], False, False)
+        level = getattr(self.motion, "level", None)
+        return level(axes) if level is not None else ([], False, False)
 
 
 def _numbers(rules: FuzzyRules) -> list[float]:
@@ -106,7 +108,7 @@ def _numbers(rules: FuzzyRules) -> list[float]:
 def fuzzy_imm(
     sensor: Sensor,
     rules: Sequence[FuzzyRules] | str = "lee-2003",
-    transition: Any = 0.97,
+    transition: Transition = 0.97,
     *,
     across: Sequence[FuzzyRules] | str | None = None,
     mode_probability: ArrayLike | None = None,

@@ -1,18 +1,32 @@
 """The interacting multiple model filter."""
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Literal, TypedDict
 
 from numpy.typing import ArrayLike
 
 from ..models.coasting import Coasting
-from ..models.motion import NativeMotion, OwnMotion
+from ..models.motion import AnyMotion
 from ..models.outliers import Outliers
-from ..models.sensor import OwnSensor, Sensor
+from ..models.sensor import AnySensor
 from ..models.start import OnePoint, Prior, TwoPoint
+from ..models.switching import Transition
 from .bank import Bank
 from .parts import Parts
 from .plain import MODES
+
+
+class IMMOptions(TypedDict, total=False):
+    """What an IMM can be told beside its modes, its sensor and its transition."""
+
+    transition_step: float | None
+    mode_probability: ArrayLike | None
+    mixing: Literal["prior", "unbiased"]
+    linearisation: Literal["ekf", "ukf"]
+    outliers: Outliers | None
+    initial: TwoPoint | OnePoint | Prior | None
+    coast: float | None
+    coasting: Coasting | None
 
 
 class IMM(Bank):
@@ -35,9 +49,9 @@ class IMM(Bank):
 
     def __init__(
         self,
-        motions: Sequence[NativeMotion | OwnMotion],
-        sensor: Sensor | OwnSensor | Sequence[Sensor | OwnSensor],
-        transition: Any,
+        motions: Sequence[AnyMotion],
+        sensor: AnySensor | Sequence[AnySensor],
+        transition: Transition,
         *,
         transition_step: float | None = None,
         mode_probability: ArrayLike | None = None,

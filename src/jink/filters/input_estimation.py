@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from .._engine import native
-from ..checks import probability, whole
+from ..checks import rare, whole
+from ..models.motion import AnyMotion
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
@@ -33,7 +32,7 @@ class InputEstimation(Bank):
 
     def __init__(
         self,
-        motion: Any,
+        motion: AnyMotion,
         sensor: Sensor,
         *,
         window: int = 8,
@@ -51,7 +50,7 @@ class InputEstimation(Bank):
         least = max(1, length // 2) if shortest is None else whole("shortest", shortest, 1, length, " of scans")
         from ..metrics.chi_square import quantile
 
-        threshold = quantile(1 - probability("false_alarm", false_alarm), self.axes)
+        threshold = quantile(1 - rare("false_alarm", false_alarm), self.axes)
         self._prepare(
             coast=coast, parts=Parts(detection=native.Detection(window=length, shortest=least, threshold=threshold))
         )

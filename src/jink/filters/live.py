@@ -6,10 +6,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import Array
+from ..checks import Array, items, numbers, real
 from ..estimate import Estimate
 from ..times import seconds
-from .rows import array_of, measurements, row_noise, sensor_index
+from .rows import array_of, indices, measurements, row_noise, sensor_index
 
 OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "nis", "nis_dof", "time", "status")
 
@@ -55,6 +55,16 @@ class LiveEstimate(Protocol):
     @property
     def status(self) -> str:
         """One of :data:`jink.STATUS`."""
+        ...
+
+    @property
+    def doubt(self) -> float:
+        """Probability that the measurement is an outlier, where the next one decides; else 0."""
+        ...
+
+    @property
+    def decided(self) -> str | None:
+        """The status of the measurement before, if it was in doubt until now: updated or gated."""
         ...
 
     @property
@@ -126,8 +136,8 @@ class LiveBatch:
         self._again = again
         self._live, self.n, self._estimate = live, n, estimate
         self._columns, self._sensors, self._axes = columns, sensors, axes
-        wanted = OUTPUTS if outputs is None else tuple(outputs)
-        unknown = [name for name in wanted if name not in OUTPUTS]
+        wanted = OUTPUTS if outputs is None else items("outputs", outputs, "names of outputs")
+        unknown = [name for name in wanted if not isinstance(name, str) or name not in OUTPUTS]
         if unknown:
             raise ValueError(f"outputs: {unknown[0]!r} is not one of {', '.join(OUTPUTS)}")
         shapes = {"x": (n, components), "P": (n, components, components), "mode_probability": (n, modes)}
@@ -154,7 +164,8 @@ class LiveBatch:
         times = self._times(t)
         which = None
         if sensor is not None:
-            which = sensor_index(np.broadcast_to(np.asarray(sensor), (self.n,)), self.n, self._sensors)
+            given = indices("sensor", sensor)
+            which = sensor_index(np.broadcast_to(given, (self.n,)) if given.ndim == 0 else given, self.n, self._sensors)
         noise = row_noise(covariance, self.n, self._columns)
         known = None if input is None else array_of("input", input, (self.n, self._axes))
         return self._call(times, rows, which, noise, known, predict_only=False)
@@ -168,7 +179,8 @@ class LiveBatch:
 
     def begin(self, target: int, x: ArrayLike, P: ArrayLike, time: float) -> None:
         """Start one target from a given state at a time."""
-        self._live.begin(target, np.ascontiguousarray(x, dtype=float), np.ascontiguousarray(P, dtype=float), time)
+        mean, spread = (np.ascontiguousarray(numbers(name, value)) for name, value in (("x", x), ("P", P)))
+        self._live.begin(target, mean, spread, real("time", time))
 
     def reset(self, target: int) -> None:
         """Forget one target; its next position starts a new one."""

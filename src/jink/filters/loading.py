@@ -22,6 +22,7 @@ from ..models.start import OnePoint, Prior, TwoPoint
 from ..models.switching import Sojourn
 from .adaptive_imm import AccelerationLevel, AdaptiveIMM, AugmentedAcceleration, TwoStageAcceleration
 from .aided import Aided
+from .axis_by_axis import AxisByAxis
 from .bank import Bank
 from .current_statistical import CurrentStatistical, FuzzyLimits, LimitWidening
 from .fuzzy_imm import FuzzyNoise
@@ -38,6 +39,7 @@ from .pseudo_bayesian import GPB1, GPB2, StaticMM
 from .variable_dimension import VariableDimension
 from .variable_structure import ActiveDigraph, AdaptiveGrid, DigraphSwitching
 
+AnyFilter = Bank | AxisByAxis | OwnFilter
 SEVERAL: tuple[type[Bank], ...] = (
     IMM,
     AdaptiveIMM,
@@ -70,15 +72,17 @@ LEARNED = (FuzzyRules, NoiseNetwork, ModeNetwork, Network, Anfis, Corrector, Tra
 SETTINGS = (Coasting, Outliers, TwoPoint, OnePoint, Prior, Sojourn)
 KINDS: dict[str, type] = {**MOTIONS, **SENSORS, **{c.__name__: c for c in (*SETTINGS, *ADAPTIVE, *LEARNED)}}
 NAMED = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
-RUN = ("motions", "quiet", "manoeuvring", "sensor")  # models, which a filter checks itself
+RUN = ("motions", "quiet", "manoeuvring", "sensor", "transition")  # what a filter checks itself
 WRONG = (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError)  # what bad parts end in
 
 
-def load(path: str | os.PathLike[str], *, own: bool = False) -> Any:
+def load(path: str | os.PathLike[str], *, own: bool = False) -> Bank | OwnFilter:
     """Read a filter written by ``save``. Errors: ValueError naming the file and what is wrong with it.
 
     own: whether the file may import the modules of models of your own, which runs their code.
     """
+    if not isinstance(path, str | os.PathLike) or "\0" in str(path):
+        raise TypeError(f"path: expected the name of a file, got {path!r}")
     try:
         text = Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError as error:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from .._engine import native
-from ..models.motion import NativeMode
+from ..checks import with_attributes
+from ..models.motion import AnyMotion, NativeMode, NativeMotion, manoeuvres, name_of
 from ..models.network import Network
 from ..models.noise_network import ModeNetwork, NoiseNetwork
 from ..models.outliers import Outliers
@@ -38,19 +38,19 @@ class NetworkNoise:
     keeps q. Source: Choi, Samal & Ahn 2001, §3.
     """
 
-    motion: Any
+    motion: NativeMotion
     network: NoiseNetwork
     remembers = True
 
     @property
     def name(self) -> str:
         """The name of this mode in an estimate."""
-        return f"network_{self.motion.name}"
+        return f"network_{name_of(self.motion)}"
 
     @property
     def manoeuvring(self) -> bool:
         """Does a target in the motion model manoeuvre?"""
-        return bool(self.motion.manoeuvring)
+        return manoeuvres(self.motion)
 
     def native(self, axes: int) -> NativeMode:
         """What the engine runs, with the network's first variance.
@@ -101,7 +101,7 @@ class NeuralModes(Bank):
 
     def __init__(
         self,
-        motions: Sequence[Any],
+        motions: Sequence[AnyMotion],
         sensor: Sensor | Sequence[Sensor],
         network: ModeNetwork,
         *,
@@ -110,6 +110,7 @@ class NeuralModes(Bank):
         coast: float | None = None,
     ) -> None:
         self._declare(motions, sensor, outliers, initial, coast)
+        with_attributes("network", network, ("network", "centre", "scale", "best"), "a learned ModeNetwork")
         self.network = network
         modes = len(self.motions)
         if network.network.outputs != modes:

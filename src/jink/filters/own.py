@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import Array
 from ..estimate import Estimate, Status
+from ..models.sensor import Sensor
 from .own_state import State, checked_state, merged, names_of, part_of, probed
 from .plain import VERSION, plain, write
 from .predicted_density import Density
@@ -50,14 +51,14 @@ class OwnFilter:
     counts_rows = True
     not_smoothed = "a whole filter of your own has no smoother"
 
-    def __init__(self, steps: Steps, sensor: Any) -> None:
+    def __init__(self, steps: Steps, sensor: Sensor) -> None:
         for name in ("begin", "step"):
             if not callable(getattr(steps, name, None)):
                 raise TypeError(f"steps: expected an object with begin(z, R) and step(state, dt, z, R), got {steps!r}")
         self.steps, self.sensors = steps, (sensor,)
         self.axes, self.columns = int(sensor.axes or 2), len(sensor.components)
         self.motions, self.outliers, self.initial, self.coast, self.declaration = (), None, None, None, None
-        self.fitted: dict[str, Any] = {}
+        self.fitted: dict[str, object] = {}
         found = probed(steps, sensor)
         self.components: tuple[str, ...] = names_of(steps, found["x"].shape[1], self.axes)
         count = found["mode_probability"].shape[1] if "mode_probability" in found else 1
@@ -71,16 +72,16 @@ class OwnFilter:
     def __repr__(self) -> str:
         return f"OwnFilter({self.steps!r}, {self.sensors[0]!r})"
 
-    def described(self) -> dict[str, Any]:
+    def described(self) -> dict[str, object]:
         """As JSON holds it: module and name of the class of steps, and its numbers. Errors: TypeError."""
-        body = {"filter": "OwnFilter", "steps": plain(self.steps), "motions": []}
+        body: dict[str, object] = {"filter": "OwnFilter", "steps": plain(self.steps), "motions": []}
         return body | {"sensors": [plain(sensor) for sensor in self.sensors]}
 
-    def save(self, path: str | os.PathLike[str], **more: Any) -> None:
+    def save(self, path: str | os.PathLike[str], **more: object) -> None:
         """As :meth:`jink.IMM.save`; :func:`jink.load` reads it with ``own=True``, which imports your module."""
         write({"jink": "filter", "version": VERSION, "units": "SI", **self.described(), **more}, path)
 
-    def smooth(self, time: ArrayLike, z: ArrayLike, **options: Any) -> Estimate:
+    def smooth(self, time: ArrayLike, z: ArrayLike, **options: object) -> Estimate:
         """Errors: ValueError, since there is no smoother."""
         raise ValueError(f"smooth: cannot smooth {type(self.steps).__name__}: {self.not_smoothed}")
 
@@ -93,7 +94,7 @@ class OwnFilter:
         covariance: ArrayLike | None = None,
         threads: int | None = None,
         outputs: Sequence[str] | None = None,
-        **other: Any,
+        **other: object,
     ) -> Estimate:
         """As :meth:`jink.IMM.filter`, scan by scan over all tracks in Python; threads is without effect."""
         if given := next((name for name, value in other.items() if value is not None), ""):

@@ -20,6 +20,8 @@ MODES = ("transition", "transition_step", "mode_probability", "mixing", *LINEARI
 
 def write(body: dict[str, Any], path: str | os.PathLike[str]) -> None:
     """Write a JSON file, whole or not at all."""
+    if not isinstance(path, str | os.PathLike) or os.fspath(path) in ("", b"") or "\0" in str(path):
+        raise TypeError(f"path: expected the name of a file, got {path!r}")
     text = json.dumps(body, indent=2) + "\n"
     with atomically(Path(path)) as (temporary,):
         temporary.write_text(text, encoding="utf-8")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Literal
 
 from numpy.typing import ArrayLike
 
 from .._engine import native
+from ..checks import items
+from ..models.motion import AnyMotion
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
@@ -59,7 +61,7 @@ class StaticMM(IMM):
 
     def __init__(
         self,
-        motions: Sequence[Any],
+        motions: Sequence[AnyMotion],
         sensor: Sensor | Sequence[Sensor],
         *,
         mode_probability: ArrayLike | None = None,
@@ -68,6 +70,7 @@ class StaticMM(IMM):
         initial: TwoPoint | OnePoint | Prior | None = None,
         coast: float | None = None,
     ) -> None:
+        motions = items("motions", motions, "motion models")
         n = len(motions)
         same = [[1.0 if i == j else 0.0 for j in range(n)] for i in range(n)]
         if mode_probability is None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks import Array
+from ..checks import Array, items
 from ..estimate import Estimate
 from .memory import empty
 
@@ -41,8 +41,10 @@ def allocate(
 
     Errors: ValueError for an unknown output, or an ``out`` without an array of the shape and type that is wanted.
     """
-    wanted = DEFAULT_OUTPUTS if outputs is None else tuple(outputs)
-    unknown = [name for name in wanted if name not in OUTPUTS]
+    wanted = DEFAULT_OUTPUTS if outputs is None else items("outputs", outputs, "names of outputs")
+    if out is not None and not isinstance(getattr(out, "results", None), dict):
+        raise TypeError(f"out: expected an estimate to write into, got {type(out).__name__}")
+    unknown = [name for name in wanted if not isinstance(name, str) or name not in OUTPUTS]
     if unknown:
         raise ValueError(f"outputs: {unknown[0]!r} is not one of {', '.join(OUTPUTS)}")
     shapes: dict[str, tuple[int, ...]] = {name: (rows,) for name in OUTPUTS}

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import Array
+from ..checks import Array, numbers, whole
 from ..models.start import Prior
 from ..times import seconds
 
@@ -143,10 +143,10 @@ class Batch:
             raise ValueError("lag, lag_seconds: expected one of them, got both")
         rows, last = np.arange(self.rows), np.repeat(self.offsets[1:] - 1, np.diff(self.offsets))
         if lag is not None:
-            if isinstance(lag, bool) or int(lag) != lag or lag < 0:
+            if isinstance(lag, bool):
                 raise ValueError(f"lag: expected a whole number of scans, got {lag!r}")
-            return np.minimum(rows + int(lag), last)
-        seconds_after = float(lag_seconds or 0.0)
+            return np.minimum(rows + min(whole("lag", lag, 0, of=" of scans"), len(rows)), last)
+        seconds_after = float(numbers("lag_seconds", lag_seconds or 0.0, "seconds").reshape(-1)[:1].sum())
         if not (np.isfinite(seconds_after) and seconds_after >= 0.0):
             raise ValueError(f"lag_seconds: expected seconds, not negative, got {lag_seconds!r}")
         until = np.empty(self.rows, dtype=np.int64)
@@ -170,7 +170,7 @@ def measurements(z: ArrayLike, columns: int) -> Array:
     """z as (N, columns) floats; None is a missing row or component."""
     try:
         array = np.asarray(z, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = _with_missing_rows(z, columns)
     if array.ndim == 1 and columns == 1:
         array = array[:, None]
@@ -182,14 +182,14 @@ def measurements(z: ArrayLike, columns: int) -> Array:
 def _with_missing_rows(z: Any, columns: int) -> Array:
     try:
         return np.array([[np.nan] * columns if row is None else row for row in z], dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TypeError(f"z: expected numbers, NaN or None, in rows of {columns}") from None
 
 
 def track_offsets(offsets: ArrayLike | None, n: int) -> NDArray[np.int64]:
     if offsets is None:
         return np.array([0, n], dtype=np.int64)
-    bounds = np.asarray(offsets)
+    bounds = indices("offsets", offsets)
     if bounds.ndim != 1 or len(bounds) < 1 or bounds.dtype.kind not in "iu":
         raise ValueError("offsets: expected whole numbers (B + 1,)")
     bounds = np.array(bounds, dtype=np.int64)  # a copy, which nobody changes while the engine runs
@@ -201,7 +201,7 @@ def track_offsets(offsets: ArrayLike | None, n: int) -> NDArray[np.int64]:
 def row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | None:
     if covariance is None:
         return None
-    R = np.ascontiguousarray(covariance, dtype=float)
+    R = np.ascontiguousarray(numbers("covariance", covariance))
     if R.shape not in ((n, columns), (n, columns, columns)):
         raise ValueError(
             f"covariance: expected ({n}, {columns}, {columns}), or ({n}, {columns}) variances, got {R.shape}"
@@ -218,8 +218,15 @@ def row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | Non
     return R
 
 
+def indices(name: str, value: ArrayLike) -> NDArray[Any]:
+    try:
+        return np.asarray(value)
+    except ValueError:
+        raise ValueError(f"{name}: expected whole numbers in one row, got {value!r}") from None
+
+
 def array_of(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
-    array = np.ascontiguousarray(value, dtype=float)
+    array = np.ascontiguousarray(numbers(name, value))
     if array.shape != shape:
         raise ValueError(f"{name}: expected shape {shape}, got {array.shape}")
     if not np.isfinite(array).all():
@@ -231,7 +238,7 @@ def sensor_index(sensor: ArrayLike | None, n: int, sensors: int) -> NDArray[np.i
     """Which of so many sensors measured each of n rows."""
     if sensor is None:
         return None
-    index = np.array(sensor)  # a copy, as of offsets
+    index = np.array(indices("sensor", sensor))  # a copy, as of offsets
     if index.shape != (n,) or index.dtype.kind not in "iu":
         raise ValueError(f"sensor: expected {n} integers, one per row, got {index.dtype} of shape {index.shape}")
     if n and (index.min() < 0 or index.max() >= sensors):
@@ -244,7 +251,7 @@ def prior_of_tracks(prior: Prior, components: tuple[str, ...], tracks: int) -> t
     n = len(components)
     if not isinstance(prior, Prior):
         raise TypeError(f"initial: expected a jink.Prior, got {type(prior).__name__}")
-    x, P = np.asarray(prior.x, dtype=float), np.asarray(prior.P, dtype=float)
+    x, P = numbers("initial.x", prior.x), numbers("initial.P", prior.P)
     if x.shape not in ((n,), (tracks, n)) or P.shape not in ((n, n), (tracks, n, n)):
         raise ValueError(
             f"initial: expected x ({n},) or ({tracks}, {n}) and P to match, components {', '.join(components)}; "

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._engine import native
-from ..checks import Array, numbers, positive
+from ..checks import Array, numbers, one_of, positive
 from ..models.coasting import Coasting
 from ..models.outliers import Outliers
 from ..models.start import OnePoint, Prior, TwoPoint
@@ -33,10 +33,10 @@ def declared_rules(
     """Chain, initial probabilities, linearisation, mixing, outliers, coasting, start. Errors name the argument."""
     chain = parts.chain if parts and parts.chain else modes
     continuous, matrix = transition_rule(transition, transition_step, chain)
-    if linearisation not in ("ekf", "ukf"):
-        raise ValueError(f"linearisation: expected 'ekf' or 'ukf', got {linearisation!r}")
-    if mixing not in ("prior", "unbiased"):
-        raise ValueError(f"mixing: expected 'prior' or 'unbiased', got {mixing!r}")
+    one_of("linearisation", linearisation, ("ekf", "ukf"))
+    one_of("mixing", mixing, ("prior", "unbiased"))
+    if outliers is not None and not isinstance(outliers, Outliers):
+        raise TypeError(f"outliers: expected jink.Outliers, got {type(outliers).__name__}")
     if not isinstance(initial, TwoPoint | OnePoint | Prior):
         raise TypeError(f"initial: expected jink.TwoPoint, OnePoint or Prior, got {type(initial).__name__}")
     velocity_sd = 1000.0 if isinstance(initial, Prior) else positive("initial.velocity_sd", initial.velocity_sd)
@@ -49,6 +49,7 @@ def declared_rules(
     declaration.unscented, declaration.unbiased_mixing = linearisation == "ukf", mixing == "unbiased"
     if outliers is not None:
         declaration.outlier_share, declaration.restart_after = outliers.share, int(outliers.restart_after)
+        declaration.hindsight = bool(outliers.hindsight)
     declaration.coast = 0.0 if coast is None else positive("coast", coast)
     if coasting is not None:
         if not isinstance(coasting, Coasting):

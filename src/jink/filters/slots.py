@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import numbers
 from ..estimate import Estimate
 from .live import OUTPUTS
-from .rows import measurements
+from .rows import indices, measurements
 
 
 class Slots:
@@ -47,8 +48,11 @@ class Slots:
 
         The rows of one slot stand in the order of time. Errors: ValueError naming the argument.
         """
-        which = np.ascontiguousarray(slots, dtype=np.int32)
-        times, rows = np.ascontiguousarray(t, dtype=float), measurements(z, self._columns)
+        which = np.atleast_1d(indices("slots", slots))
+        if which.ndim != 1 or which.dtype.kind not in "iu" or (which.size and np.abs(which).max() >= 2**31):
+            raise ValueError(f"slots: expected whole numbers (N,) that take() gave, got {which!r:.80}")
+        which = np.ascontiguousarray(which, dtype=np.int32)
+        times, rows = np.atleast_1d(np.ascontiguousarray(numbers("t", t))), measurements(z, self._columns)
         order = _in_turn(which)
         if order is not None:
             which, times, rows = which[order], times[order], rows[order]

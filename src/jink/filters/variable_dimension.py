@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._engine import native
-from ..checks import probability, whole
+from ..checks import rare, whole
 from ..models.motion import ConstantAcceleration, ConstantVelocity
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
@@ -47,17 +47,17 @@ class VariableDimension(Bank):
         initial: TwoPoint | OnePoint | Prior | None = None,
         coast: float | None = None,
     ) -> None:
-        self._declare((quiet, manoeuvring), sensor, outliers, initial, coast)
-        self.window, self.false_alarm, self.missed_end = window, false_alarm, missed_end
         for part, motion, kind in (
             ("quiet", quiet, ConstantVelocity),
             ("manoeuvring", manoeuvring, ConstantAcceleration),
         ):
             if not isinstance(motion, kind):
                 raise TypeError(f"{part}: expected a {kind.__name__}, got {type(motion).__name__}")
+        self._declare((quiet, manoeuvring), sensor, outliers, initial, coast)
+        self.window, self.false_alarm, self.missed_end = window, false_alarm, missed_end
         whole("window", window, 2, 64, " of scans")
-        probability("false_alarm", false_alarm)
-        probability("missed_end", missed_end)
+        rare("false_alarm", false_alarm)
+        rare("missed_end", missed_end)
         proposal = native.Proposal(
             kind=native.Propose.dimension, slots=2, start=[0.0, -1.0], numbers=self._thresholds()
         )

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._engine import native
-from ..checks import Array, positive, whole
-from ..models.motion import ConstantVelocity
+from ..checks import Array, items, positive, whole, with_attributes
+from ..models.motion import AnyMotion, ConstantVelocity
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
 from ..models.start import OnePoint, Prior, TwoPoint
-from ..models.switching import Sojourn, transition_rule
+from ..models.switching import Sojourn, Transition, transition_rule
 from .bank import Bank
-from .parts import Parts, adapts, uniform
+from .parts import Parts, adapts, native_mode, uniform
 from .plain import COMMON
 
 LARGEST = 64  # modes alive at once
@@ -29,20 +29,22 @@ class _VariableStructure(Bank):
 
     def _declare(
         self,
-        motions: Sequence[Any],
+        motions: Sequence[AnyMotion],
         sensor: Any,
         outliers: Outliers | None,
         initial: TwoPoint | OnePoint | Prior | None,
         coast: float | None,
     ) -> None:
         super()._declare(motions, sensor, outliers, initial, coast)
+        for motion in self.motions:
+            with_attributes("motions", motion, ("native",), "jink's motion models")
         if len(self.motions) < 2:
             raise ValueError(f"motions: expected at least two modes, got {len(self.motions)}")
 
     @property
     def _alike(self) -> bool:
         """Do the modes differ in numbers only? Then a few slots take on the numbers of those that are alive."""
-        natives = [m.native(self.axes) for m in self.motions]
+        natives = [native_mode(m, self.axes) for m in self.motions]
         plain = not any(adapts(m) for m in self.motions)
         return plain and all(natives[0].alike(n) for n in natives)
 
@@ -63,6 +65,16 @@ class _VariableStructure(Bank):
         return f"{type(self).__name__}({len(self.motions)} modes, {', '.join(map(repr, self.sensors))})"
 
 
+class GraphOptions(TypedDict, total=False):
+    """What a filter of modes on a graph can be told beside its modes, its sensor and its transition."""
+
+    graph: Sequence[Sequence[int]] | None
+    first_mode: int
+    outliers: Outliers | None
+    initial: TwoPoint | OnePoint | Prior | None
+    coast: float | None
+
+
 class _Digraph(_VariableStructure):
     """Modes on a graph; what a subclass says is how many of them are alive at most."""
 
@@ -70,9 +82,9 @@ class _Digraph(_VariableStructure):
 
     def __init__(
         self,
-        motions: Sequence[Any],
+        motions: Sequence[AnyMotion],
         sensor: Sensor | Sequence[Sensor],
-        transition: Any,
+        transition: Transition,
         *,
         graph: Sequence[Sequence[int]] | None = None,
         first_mode: int = 0,
@@ -132,12 +144,12 @@ class ActiveDigraph(_Digraph):
 
     def __init__(
         self,
-        motions: Sequence[Any],
+        motions: Sequence[AnyMotion],
         sensor: Sensor | Sequence[Sensor],
-        transition: Any,
+        transition: Transition,
         *,
         alive: int = 3,
-        **options: Any,
+        **options: Unpack[GraphOptions],
     ) -> None:
         self.alive = alive
         super().__init__(motions, sensor, transition, **options)
@@ -162,9 +174,9 @@ class AdaptiveGrid(_VariableStructure):
 
     def __init__(
         self,
-        motions: Sequence[Any],
+        motions: Sequence[AnyMotion],
         sensor: Sensor | Sequence[Sensor],
-        transition: Any = 0.9,
+        transition: Transition = 0.9,
         *,
         least_step: float = 1.0,
         unlikely: float = 0.05,
@@ -188,15 +200,15 @@ class AdaptiveGrid(_VariableStructure):
         self._prepare(transition=transition, coast=coast, parts=Parts(proposal=proposal, start=uniform(3, 3), chain=3))
 
 
-def neighbours(modes: int, transition: Any, graph: Sequence[Sequence[int]] | None) -> list[list[int]]:
+def neighbours(modes: int, transition: Transition, graph: Sequence[Sequence[int]] | None) -> list[list[int]]:
     """The modes that each mode may change to, itself included: as given, or where transition is not zero."""
     _, matrix = transition_rule(transition, None, modes)
-    near = [np.flatnonzero(row) for row in matrix] if graph is None else graph
+    near = [np.flatnonzero(row) for row in matrix] if graph is None else items("graph", graph, "neighbours of modes")
     if len(near) != modes:
         raise ValueError(f"graph: expected the neighbours of each of {modes} modes, got {len(near)} lists")
     out = []
     for i, row in enumerate(near):
-        members = sorted({int(j) for j in row} | {i})
+        members = sorted({whole("graph", j, -(2**31)) for j in items("graph", row, "modes")} | {i})
         if members[0] < 0 or members[-1] >= modes:
             raise ValueError(f"graph: mode {i} has neighbours {list(row)}; modes are 0 to {modes - 1}")
         out.append(members)

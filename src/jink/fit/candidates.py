@@ -4,16 +4,18 @@ starts.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
 from ..catalogue.purpose import Purpose, Unfit
-from ..catalogue.registry import FILTERS
+from ..catalogue.registry import FILTERS, canonical
+from ..compare.own_filters import made
 from ..filters.current_statistical import CurrentStatistical
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
+from ..io.own_code import loaded
 from ..models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Singer
 from ..models.switching import Sojourn
 
@@ -23,11 +25,13 @@ QUIET, MANOEUVRE = 60.0, 16.0  # s: mean stays that the fits start from
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A filter to be fitted: made(purpose); parts, what it is made of, by the keys of `WORDS`."""
+    """A filter to be fitted: made(purpose); parts, what it is made of, by the keys of `WORDS`;
+    code: the file and name of one of your own."""
 
     name: str
     parts: tuple[str, ...]
     made: Callable[[Purpose], Any]
+    code: str = ""
 
 
 # what a part of a filter is for, as an explanation says it
@@ -40,6 +44,7 @@ WORDS = {
     "several": "more than one mode",
     "fuzzy": "noise set by fuzzy rules from the residual",
     "adaptive": "levels around an estimated acceleration",
+    "own": "a filter of your own",
 }
 
 
@@ -115,6 +120,19 @@ def _all() -> list[Candidate]:
         "imm": ("cv", "ca", "ct", "several"),
     }
     return found + [Candidate(name=name, parts=parts, made=_named(name)) for name, parts in more.items()]
+
+
+def own_candidates(text: str) -> list[Candidate]:
+    """Filters of your own from "file.py:name", which may be a mapping of them. Errors: InputError."""
+    found = loaded(text)
+    several = found if isinstance(found, Mapping) else {text: found}
+    return [Candidate(name=name, parts=("own",), made=_own(name, given), code=text) for name, given in several.items()]
+
+
+def _own(name: str, given: Any) -> Callable[[Purpose], Any]:
+    if given is None:
+        return _named(canonical(name))
+    return lambda purpose: made(name, given, purpose).filter
 
 
 CANDIDATES: dict[str, Candidate] = {candidate.name: candidate for candidate in _all()}

@@ -14,7 +14,7 @@ from ..catalogue.purpose import Unfit
 from ..catalogue.registry import FILTERS, canonical
 from ..checks import unknown
 from ..compare.filter_files import from_file as filter_from_file
-from ..compare.own_filters import made
+from ..compare.own_filters import Own, made
 from ..io.errors import InputError
 from ..io.own_code import is_code, loaded
 from ..scenarios import SCENARIOS, Scenario
@@ -34,7 +34,7 @@ Progress = Callable[[str, int, int], None]
 
 def fit(
     data: str | Scenario | Sequence[str | Scenario],
-    filter: Any = "imm",
+    filter: str | Own = "imm",
     *,
     objective: str | None = None,
     truth: str | Mapping[str, str] | None = None,

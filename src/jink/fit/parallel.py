@@ -16,6 +16,7 @@ from multiprocessing import parent_process
 from typing import Any
 
 from ..filters.loading import built
+from ..io.own_code import loaded
 from ..models.tracks import Tracks
 from .objectives import Objective
 from .optimise import Found, OutOfTime, Search
@@ -29,6 +30,13 @@ class Job:
     name: str
     body: dict[str, Any]
     free: Sequence[str]
+    code: str = ""  # "file.py:name", whose module has what the description names
+
+    def made(self) -> Any:
+        """The filter of the description."""
+        if self.code:
+            loaded(self.code)
+        return built(self.body, own=bool(self.code))
 
 
 @dataclass(frozen=True)
@@ -78,9 +86,9 @@ def fitted(
             raise OutOfTime
 
     try:
-        every = Parameters(built(job.body), free=["*"])
+        every = Parameters(job.made(), free=["*"])
         fixed = [name for name in every.names if name not in job.free]
-        parameters = Parameters(built(job.body), free=job.free, fixed=fixed)
+        parameters = Parameters(job.made(), free=job.free, fixed=fixed)
         deadline = clock.monotonic() + seconds
         return Outcome(
             Search(parameters, objective, tracks, starts=1, seed=seed, deadline=deadline, report=heard).run()

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
 from ..checks import Array
 from ..compare.entrants import Entrant
 from ..compare.result import Race
+from ..filters.bank import Bank
+from ..filters.own import OwnFilter
 from ..models.tracks import Tracks
 from .data import Training
 from .gradient import differentiable
@@ -27,6 +30,18 @@ VAGUE = 1.0  # sd of u: a factor of e either way
 FEW_ROWS, FEW_OWNERS = 50, 10  # per parameter; targets or runs
 TOLD = 200  # rows of a part from which its NIS says something
 BAND = (0.90, 0.98)  # the share of NIS inside its 95% band that passes for consistent
+
+
+class Row(TypedDict):
+    """One parameter: before and after, and its 95% interval (None: unknown)."""
+
+    parameter: str
+    before: float
+    after: float
+    low: float | None
+    high: float | None
+
+
 # what a fit is judged by, the first of these that the race has; the rest is said as well
 JUDGED = {
     "tracking": ("position_rmse", "velocity_rmse"),
@@ -42,8 +57,8 @@ class Fit:
     the objective on the training data before and after; race on data held out; parts: NIS by part of held-out tracks,
     before and after; warnings; partial: cut short, interrupted: by Ctrl-C."""
 
-    filter: Any
-    start: Any
+    filter: Bank | OwnFilter
+    start: Bank | OwnFilter
     name: str
     parameters: Parameters
     u: Array
@@ -54,7 +69,7 @@ class Fit:
     race: Race
     training: str
     held_out: Tracks
-    record: dict[str, Any]
+    record: Mapping[str, object]
     evaluations: int
     seconds: float
     partial: bool
@@ -67,7 +82,7 @@ class Fit:
         cls,
         training: Training,
         name: str,
-        start: Any,
+        start: Bank | OwnFilter,
         parameters: Parameters,
         objective: Objective,
         tracks: Tracks,
@@ -119,7 +134,7 @@ class Fit:
         fit.warnings = warnings_of(fit, training, tracks) + stumbles(found, filter)
         return fit
 
-    def table(self) -> list[dict[str, Any]]:
+    def table(self) -> list[Row]:
         """Each parameter: name, before, after, and the 95% interval in its own units (None: unknown)."""
         before, after = (self.parameters.values(u) for u in (self.parameters.start, self.u))
         low, high = (self.parameters.values(_within(self.u, sign * 1.96 * self.sd)) for sign in (-1, 1))
@@ -171,7 +186,7 @@ class Fit:
         """
         self.filter.save(path, fitted={**self.record, "objective": self.objective, "parameters": self.table()})
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Plain numbers, as ``--json`` writes them."""
         return {
             "training": self.training,

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,8 +17,9 @@ from ..checks import unknown
 from ..compare.entrants import Entrant
 from ..compare.result import Race
 from ..io.errors import InputError
+from ..io.own_code import is_code
 from ..metrics import Comparison
-from .candidates import CANDIDATES, WORDS, Candidate
+from .candidates import CANDIDATES, WORDS, Candidate, own_candidates
 from .data import Training
 from .objectives import Objective
 from .optimise import Found
@@ -112,7 +113,8 @@ def search(
     """
     began = clock.monotonic()
     end = began + 60.0 * minutes if minutes is not None else math.inf
-    jobs, starts, left = _jobs(chosen(names), training, free, fixed)
+    candidates = chosen(names)
+    jobs, starts, left = _jobs(candidates, training, free, fixed)
     budget = end - KEPT * (end - began) if minutes is not None else math.inf
     outcomes, interrupted = run_jobs(
         jobs, training.tracks, objective, seed=seed, deadline=budget, workers=workers, progress=progress
@@ -142,16 +144,21 @@ def search(
         partial=interrupted or any(r.partial for r in ranked) or why in left.values(),
         interrupted=interrupted,
     )
-    made.explanation = explained(made, objective.name)
+    made.explanation = explained(made, objective.name, {each.name: each.parts for each in candidates})
     return made
 
 
 def chosen(names: Sequence[str]) -> list[Candidate]:
-    """The candidates of these names, or all. Errors: InputError."""
-    for name in names:
-        if name not in CANDIDATES:
-            raise InputError(unknown("candidate", name, CANDIDATES))
-    return [CANDIDATES[name] for name in dict.fromkeys(names or CANDIDATES)]
+    """The candidates of these names and of files of your own, or all. Errors: InputError."""
+    found: dict[str, Candidate] = {}
+    for name in names or CANDIDATES:
+        if is_code(name):
+            found |= {each.name: each for each in own_candidates(name)}
+        elif name in CANDIDATES:
+            found[name] = CANDIDATES[name]
+        else:
+            raise InputError(unknown("candidate", name, CANDIDATES) + ", or my.py:name")
+    return list(found.values())
 
 
 def _jobs(
@@ -184,7 +191,8 @@ def _jobs(
     if nothing:
         raise InputError(f"no candidate has a parameter {nothing[0]!r}; expected a name such as *.acceleration_psd")
     order = sorted(starts, key=lambda name: len(starts[name][1]))
-    jobs = [Job(name, starts[name][0].described(), starts[name][1].names) for name in order]
+    code = {candidate.name: candidate.code for candidate in candidates}
+    jobs = [Job(name, starts[name][0].described(), starts[name][1].names, code[name]) for name in order]
     return jobs, starts, left
 
 
@@ -239,13 +247,13 @@ def ranking(race: Race, done: dict[str, tuple[Found | None, Parameters]], object
     return out
 
 
-def explained(made: Search, objective: str) -> list[str]:
+def explained(made: Search, objective: str, parts_of: Mapping[str, Sequence[str]]) -> list[str]:
     """Why the best one, in plain words: what each of its parts gains, and who does as well with less."""
     best, others = made.ranked[0], made.ranked[1:]
-    parts = CANDIDATES[best.name].parts
+    parts = parts_of[best.name]
     lines = [f"{best.name} is the best of {len(made.ranked)} on held-out data: {_listed([WORDS[p] for p in parts])}."]
     for part in parts:
-        without = next((r for r in others if part not in CANDIDATES[r.name].parts), None)
+        without = next((r for r in others if part not in parts_of[r.name]), None)
         if without is not None and len(parts) > 1:
             word = "worse" if without.worse else "not told apart"
             lines.append(f"Without {WORDS[part]} the best is {without.name}, {word}: {differences(without)}.")

@@ -132,6 +132,8 @@ def _usual(names: Sequence[str]) -> dict[str, str]:
 
 def _given_roles(file: str, names: Sequence[str], given: Mapping[str, str]) -> dict[str, Column]:
     roles: dict[str, Column] = {}
+    if not isinstance(given, Mapping):
+        raise InputError(f"columns: expected roles and the names of their columns, got {given!r}")
     for key, name in given.items():
         role, unit = _role_and_unit(key)
         if role is None:

@@ -151,6 +151,18 @@ def legs(
     return np.radians(ahead).tolist(), turned.tolist(), np.asarray(length).tolist()
 
 
+def lines_of_sight(
+    site: SiteFrame, latitude: np.ndarray, longitude: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """From a site to places: length along the ground (m), direction from north at the site, and at the place (rad)."""
+    out = np.full((3, latitude.size), np.nan)
+    good = np.isfinite(latitude) & np.isfinite(longitude)
+    here = np.full(good.sum(), site.longitude), np.full(good.sum(), site.latitude)
+    ahead, back, length = _geod().inv(*here, longitude[good], latitude[good])
+    out[:, good] = length, np.radians(ahead), np.radians(np.asarray(back) + 180.0)
+    return out[0], out[1], out[2]
+
+
 def _excursions(latitude: np.ndarray, longitude: np.ndarray, start: np.ndarray) -> np.ndarray:
     """Lone positions far out and back: such a leg, laid into the chain, would bend what follows."""
     away = np.zeros(latitude.size, bool)

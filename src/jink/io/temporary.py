@@ -23,7 +23,13 @@ PREFIX = ".jink-run-"
 
 @contextmanager
 def atomically(*paths: Path) -> Iterator[list[Path]]:
-    """Empty temporary files, one for each path; on success all are renamed into place, on failure none is left."""
+    """Empty temporary files, one for each path; on success all are renamed into place, on failure none is left.
+
+    Errors: OSError, before anything is done, of a path that no file can have.
+    """
+    for path in paths:
+        with suppress(FileNotFoundError):
+            os.lstat(path)
     with ExitStack() as stack:
         folders = {parent: stack.enter_context(folder_in(parent)) for parent in dict.fromkeys(p.parent for p in paths)}
         temporary = [folders[path.parent] / f"{number}.part" for number, path in enumerate(paths)]

@@ -33,12 +33,14 @@ def errors_along_track(tables: Array, transition: Array, runs: Runs, *, threads:
     numbers = _numbers(like, tables, transition)
     scans = runs.time.shape[1]
     sums = np.empty((len(tables), scans, 3))
-    batch = runs.batch()
+    batch = {name: np.ascontiguousarray(array) for name, array in runs.batch().items()}
     truth = np.concatenate([runs.position, runs.velocity], axis=2).reshape(-1, 2 * runs.axes)
     native.candidate_errors(
         like.engine,
         numbers,
-        *(np.ascontiguousarray(batch[name]) for name in ("time", "z", "offsets")),
+        batch["time"],
+        batch["z"],
+        batch["offsets"],
         np.ascontiguousarray(truth),
         sums,
         threads=thread_count(threads),

@@ -17,6 +17,8 @@ from .evolution import Chromosome, cma_es, search
 from .genetic import FIELDS, NARROWEST, WIDEST
 from .population import Errors, errors_of
 
+# so that rules about a residual of zero still reach 0.3 sd of the sensor, the least that rules in metres may
+NARROWEST_ALONG = 0.03
 RAREST = 9.0  # −log of the least odds of leaving for another mode
 
 
@@ -60,9 +62,10 @@ class ModesEncoding:
         M, R = self.modes, self.rules_of_mode
         genes = x[:, : M * R * FIELDS].reshape(len(x), M, R, FIELDS)
         tables = np.empty_like(genes)
+        narrowest = NARROWEST_ALONG if self.along_track else NARROWEST
         for i, reach in enumerate(self.reach):
             tables[..., 2 * i] = reach * (2 * genes[..., 2 * i] - 1)
-            tables[..., 2 * i + 1] = reach * NARROWEST * (WIDEST / NARROWEST) ** genes[..., 2 * i + 1]
+            tables[..., 2 * i + 1] = reach * narrowest * (WIDEST / narrowest) ** genes[..., 2 * i + 1]
         tables[..., 4] = (self.least * (self.most / self.least) ** genes[..., 4]) ** 2
         odds = np.ones((len(x), M, M))
         odds[:, ~np.eye(M, dtype=bool)] = np.exp(-RAREST * x[:, M * R * FIELDS :])

@@ -40,7 +40,7 @@ __all__ = ["Learned", "learn"]
 @dataclass(kw_only=True)
 class Learned:
     """filter: what was learned, under its recipe's name; race on data held out; what it learned on, in words and for
-    its file.
+    its file; seconds: how long that took, cpu_seconds: of all processor cores together.
     """
 
     filter: Any
@@ -49,6 +49,7 @@ class Learned:
     training: str
     record: dict[str, Any]
     seconds: float
+    cpu_seconds: float
     warnings: list[str] = field(default_factory=list)
 
     def verdicts(self) -> dict[str, str]:
@@ -82,6 +83,7 @@ class Learned:
             "verdicts": self.verdicts(),
             "warnings": self.warnings,
             "seconds": self.seconds,
+            "cpu_seconds": self.cpu_seconds,
             "held_out": self.race.as_dict(),
         }
 
@@ -133,13 +135,13 @@ def learn(
         known = known.axes_apart()
     asked = How(**{"acceleration": training.purpose.largest, **how}, seed=seed, base=started)
     learning, validation = _split(known, seed)
-    began = clock.perf_counter()
+    began, cpu = clock.perf_counter(), clock.process_time()
     try:
         filter = RECIPES[name](learning, validation, asked)
         constant = constant_modes(name, learning, asked)
     except (ValueError, TypeError) as error:
         raise InputError(f"{name}: {error}") from None
-    seconds = clock.perf_counter() - began
+    seconds, cpu = clock.perf_counter() - began, clock.process_time() - cpu
     words = OWN_INPUTS if asked.own_inputs else f"{training.words}, a quarter of them to validate"
     race = _checked(training, name, filter, constant, "" if asked.own_inputs else training.words)
     learned = Learned(
@@ -148,6 +150,7 @@ def learn(
         race=race,
         training=words,
         seconds=seconds,
+        cpu_seconds=cpu,
         record={
             "scenario": training.name,
             "seed": seed,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..checks import Array, positive
+from ..checks import Array, by_hints, positive
 from .figure import Figure, ratio
 from .skies import Picture
 
@@ -46,6 +46,7 @@ class _Sums(NamedTuple):
     life: float
 
 
+@by_hints
 def siap(
     truth: Iterable[Sequence[Picture]],
     estimate: Iterable[Sequence[Picture]],

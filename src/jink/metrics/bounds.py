@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import Array
+from ..checks import Array, by_hints
 from .figure import present
 
 
+@by_hints
 def turn_displacement(velocity: ArrayLike, turn_rate: ArrayLike, time: ArrayLike) -> Array:
     """What turning at a known rate adds to constant velocity, (runs, scans, axes, 2).
 
@@ -27,6 +28,7 @@ def turn_displacement(velocity: ArrayLike, turn_rate: ArrayLike, time: ArrayLike
     return out
 
 
+@by_hints
 def information(jacobians: ArrayLike, R: ArrayLike) -> Array:
     """Mean information of each scan's measurement, E[Hᵀ R⁻¹ H], (scans, n, n).
 
@@ -40,6 +42,7 @@ def information(jacobians: ArrayLike, R: ArrayLike) -> Array:
     return np.einsum("rkmi,mp,rkpj->kij", H, np.linalg.inv(noise), H, optimize=True) / len(H)
 
 
+@by_hints
 def posterior_bound(F: ArrayLike, Q: ArrayLike, information: ArrayLike, P0: ArrayLike) -> Array:
     """Posterior Cramér–Rao bound on any filter's covariance, (scans, n, n), for linear motion.
 
@@ -66,6 +69,7 @@ def _updated(P: Array, J: Array) -> Array:
     return (C + C.T) / 2
 
 
+@by_hints
 def tichavsky_bound(F: ArrayLike, Q: ArrayLike, information: ArrayLike, P0: ArrayLike) -> Array:
     """Posterior Cramér–Rao bound for motion that is not linear, J⁻¹ (scans, n, n).
 
@@ -94,6 +98,7 @@ def tichavsky_bound(F: ArrayLike, Q: ArrayLike, information: ArrayLike, P0: Arra
     return C
 
 
+@by_hints
 def bound_rmse(C: ArrayLike, index: ArrayLike, *, first: int = 0) -> float:
     """RMSE over scans ≥ first that the bound C (scans, n, n) allows for the components ``index`` together."""
     variances = np.diagonal(np.asarray(C, dtype=float), axis1=1, axis2=2)[first:]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..checks import positive
+from ..checks import by_hints, positive
 from .figure import Figure, ratio
 from .sets import pairs_within
 from .skies import Picture
@@ -27,6 +27,7 @@ class ClearMot(NamedTuple):
     mismatches: Figure
 
 
+@by_hints
 def clear_mot(truth: Iterable[Sequence[Picture]], estimate: Iterable[Sequence[Picture]], c: float) -> ClearMot:
     """Runs of scans; matches are nearer than c.
 

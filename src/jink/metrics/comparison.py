@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import Array
+from ..checks import Array, by_hints
 from .errors import as_error, rmse_influence
 from .figure import Figure, mean_over_runs, present, spread, student_quantile
 
@@ -37,6 +37,7 @@ class Comparison:
         return "undecided"
 
 
+@by_hints
 def paired(difference: float, influence: Array, *, level: float = 0.95, lower_is_better: bool = True) -> Comparison:
     """The comparison whose difference the runs influence so, (runs,): difference ± t sd(influence)/√runs."""
     se = spread(influence)
@@ -44,6 +45,7 @@ def paired(difference: float, influence: Array, *, level: float = 0.95, lower_is
     return Comparison(difference, se, difference - half, difference + half, lower_is_better)
 
 
+@by_hints
 def compare_rmse(a: ArrayLike, b: ArrayLike, *, first: int = 0, level: float = 0.95) -> Comparison:
     """RMSE of errors a minus RMSE of errors b, (runs, scans, n) of the same runs (common random numbers).
 
@@ -56,6 +58,7 @@ def compare_rmse(a: ArrayLike, b: ArrayLike, *, first: int = 0, level: float = 0
     return paired(va - vb, ia - ib, level=level)
 
 
+@by_hints
 def efficiency(error: ArrayLike, reference_error: ArrayLike, *, first: int = 0) -> Figure:
     """RMSE of a filter over that of the reference on the same runs: 1.00 leaves nothing to gain.
 
@@ -74,6 +77,7 @@ def _paired_rmse(a: ArrayLike, b: ArrayLike, first: int) -> list[tuple[float, Ar
     return [rmse_influence(np.where(both[..., None], e, np.nan), first) for e in (ea, eb)]
 
 
+@by_hints
 def compare_means(a: ArrayLike, b: ArrayLike, *, level: float = 0.95, lower_is_better: bool = True) -> Comparison:
     """Mean of a minus mean of b, (runs, scans), paired over runs; NaN in either is left out.
 

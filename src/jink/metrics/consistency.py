@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import Array
+from ..checks import Array, by_hints
 from .chi_square import band
 from .errors import as_error
 from .figure import Figure, mean_over_runs, present, ratio
@@ -31,6 +31,7 @@ class Consistency:
     scans_inside: float
 
 
+@by_hints
 def nees(error: ArrayLike, P: ArrayLike) -> Array:
     """Normalised estimation error squared eᵀ P⁻¹ e, (runs, scans).
 
@@ -60,6 +61,7 @@ def _decompose(error: ArrayLike, P: ArrayLike) -> tuple[Array, Array]:
     return np.where(there, value, np.nan), np.where(there, log_det, np.nan)
 
 
+@by_hints
 def consistency(squares: ArrayLike, dof: ArrayLike, *, first: int = 0, level: float = 0.95) -> Consistency:
     """NEES or NIS (runs, scans) against χ² with dof degrees of freedom, a number or (runs, scans).
 
@@ -93,12 +95,14 @@ def consistency(squares: ArrayLike, dof: ArrayLike, *, first: int = 0, level: fl
     )
 
 
+@by_hints
 def log_density(error: ArrayLike, P: ArrayLike) -> Array:
     """ln N(e; 0, P) = −½ (eᵀ P⁻¹ e + ln det P + n ln 2π), (runs, scans); NaN where missing."""
     square, log_det = _decompose(error, P)
     return -0.5 * (square + log_det + np.shape(error)[2] * math.log(2 * math.pi))
 
 
+@by_hints
 def log_score(error: ArrayLike, P: ArrayLike, *, first: int = 0) -> Figure:
     """Mean log density of the truth under the estimate, taken as Gaussian: the higher the better.
 
@@ -107,6 +111,7 @@ def log_score(error: ArrayLike, P: ArrayLike, *, first: int = 0) -> Figure:
     return mean_over_runs(log_density(error, P)[:, first:])
 
 
+@by_hints
 def prediction_score(log_likelihood_scan: ArrayLike, *, first: int = 0, counted: ArrayLike | None = None) -> Figure:
     """Mean log density of the next measurement, ln p(z_k | z_0 … z_{k−1}), (runs, scans): high is good.
 

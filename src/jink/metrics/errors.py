@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import Array
+from ..checks import Array, by_hints
 from .figure import Figure, jackknife, mean_over_runs, ratio_influence, spread
 
 
@@ -47,6 +47,7 @@ def rmse_influence(error: ArrayLike, first: int = 0) -> tuple[float, Array]:
     return value, influence / (2 * value) if value > 0 else np.zeros_like(influence)
 
 
+@by_hints
 def rmse(error: ArrayLike, *, first: int = 0) -> Figure:
     """Root mean square error over runs and scans ≥ first, all components together.
 
@@ -57,6 +58,7 @@ def rmse(error: ArrayLike, *, first: int = 0) -> Figure:
     return Figure(value, spread(influence))
 
 
+@by_hints
 def rmse_over_time(error: ArrayLike) -> tuple[Array, Array]:
     """RMSE of every scan, √(mean over runs of |e|²), and its standard error; both (scans,), NaN without errors."""
     square = squared(error)
@@ -70,6 +72,7 @@ def rmse_over_time(error: ArrayLike) -> tuple[Array, Array]:
     return value, se
 
 
+@by_hints
 def mean_euclidean(error: ArrayLike, *, first: int = 0) -> Figure:
     """Mean of |e| over runs and scans ≥ first: less ruled by the largest errors than RMSE.
 
@@ -78,6 +81,7 @@ def mean_euclidean(error: ArrayLike, *, first: int = 0) -> Figure:
     return mean_over_runs(np.sqrt(squared(error, first)))
 
 
+@by_hints
 def quantile(error: ArrayLike, q: float, *, first: int = 0) -> Figure:
     """Quantile of |e| over runs and scans ≥ first (0.5: the median); jackknife over runs."""
     return jackknife(
@@ -85,6 +89,7 @@ def quantile(error: ArrayLike, q: float, *, first: int = 0) -> Figure:
     )
 
 
+@by_hints
 def trimmed_rmse(error: ArrayLike, *, share: float = 0.01, first: int = 0) -> Figure:
     """RMSE without the worst ``share`` of all errors (over runs and scans ≥ first); jackknife over runs."""
     if not 0 <= share < 1:
@@ -98,6 +103,7 @@ def trimmed_rmse(error: ArrayLike, *, share: float = 0.01, first: int = 0) -> Fi
     return jackknife(trimmed, squared(error, first))
 
 
+@by_hints
 def measured_velocity(z: ArrayLike, time: ArrayLike) -> Array:
     """Backward differences of positions, (zₖ − zₖ₋₁)/(tₖ − tₖ₋₁), (runs, scans, axes).
 
@@ -111,6 +117,7 @@ def measured_velocity(z: ArrayLike, time: ArrayLike) -> Array:
     return velocity
 
 
+@by_hints
 def normalised_error(error: ArrayLike, measurement_error: ArrayLike, *, first: int = 2) -> Figure:
     """lee-2003's ζ: RMS error of the estimate over that of the measurement, scan by scan, averaged.
 
@@ -132,6 +139,7 @@ def normalised_error(error: ArrayLike, measurement_error: ArrayLike, *, first: i
     return Figure(float(scan.mean()), spread((scan / 2 * relative).mean(axis=1)))
 
 
+@by_hints
 def lost(position_error: ArrayLike, limit: float, *, scans: int = 5) -> Figure:
     """Share of runs whose track is lost: |e| > limit (m) in at least ``scans`` scans one after the other.
 

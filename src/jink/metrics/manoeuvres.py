@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import Array
+from ..checks import Array, by_hints
 from .errors import squared
 from .figure import Figure, jackknife, ratio
 
@@ -17,11 +17,13 @@ Bools = NDArray[np.bool_]
 BEFORE, AFTER = 5, 30  # scans around an event
 
 
+@by_hints
 def manoeuvring(acceleration: ArrayLike, threshold: float) -> Bools:
     """(runs, scans): is |true acceleration| (runs, scans, axes) above the threshold (m/s²)?"""
     return np.linalg.norm(np.asarray(acceleration, dtype=float), axis=2) > threshold
 
 
+@by_hints
 def events(busy: ArrayLike, kind: Literal["onset", "end"]) -> NDArray[np.intp]:
     """(events, 3): run, scan and the scan of the next change (or the number of scans) of every onset, or end.
 
@@ -71,6 +73,7 @@ class Response:
     events: int
 
 
+@by_hints
 def response(
     error: ArrayLike,
     busy: ArrayLike,
@@ -139,6 +142,7 @@ class Detection:
     false_alarms: Figure
 
 
+@by_hints
 def detection(
     probability: ArrayLike, busy: ArrayLike, *, threshold: float = 0.5, grace: int = 10, first: int = 5
 ) -> Detection:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._engine import native
-from ..checks import Array, positive
+from ..checks import Array, by_hints, positive
 
 Index = NDArray[np.int64]
 
@@ -50,6 +50,7 @@ def pairs_within(truth: ArrayLike, estimate: ArrayLike, c: float, p: float = 2.0
     return Pairs(chosen, found[chosen], np.sqrt(((x[chosen] - y[found[chosen]]) ** 2).sum(axis=1)))
 
 
+@by_hints
 def gospa(truth: ArrayLike, estimate: ArrayLike, c: float, p: float = 2.0, alpha: float = 2.0) -> Gospa:
     """Generalised optimal sub-pattern assignment metric, in the unit of the points.
 
@@ -70,6 +71,7 @@ def gospa(truth: ArrayLike, estimate: ArrayLike, c: float, p: float = 2.0, alpha
     return Gospa((localisation + missed + false + beyond) ** (1 / p), localisation, missed, false, pairs)
 
 
+@by_hints
 def ospa(truth: ArrayLike, estimate: ArrayLike, c: float, p: float = 2.0) -> float:
     """Optimal sub-pattern assignment metric, in the unit of the points; 0 for two empty sets.
 
@@ -85,6 +87,7 @@ def ospa(truth: ArrayLike, estimate: ArrayLike, c: float, p: float = 2.0) -> flo
     return float((((pairs.distance**p).sum() + c**p * (most - len(pairs.truth))) / most) ** (1 / p))
 
 
+@by_hints
 def ospa2(truth: Sequence[ArrayLike], estimate: Sequence[ArrayLike], c: float, p: float = 2.0, q: float = 1.0) -> float:
     """OSPA between two sets of tracks over a window, so that a change of identity costs.
 

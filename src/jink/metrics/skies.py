@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks import Array
+from ..checks import Array, by_hints
 from .figure import Figure, ratio_influence, spread
 from .sets import gospa
 
@@ -86,6 +86,7 @@ class _Run:
         return kept
 
 
+@by_hints
 def sky_figures(truth: Iterable[Sequence[Picture]], estimate: Iterable[Sequence[Picture]], c: float) -> SkyFigures:
     """Runs of scans, both in the same order; c is the cut-off of GOSPA (p = α = 2)."""
     runs: list[_Run] = []
@@ -93,8 +94,8 @@ def sky_figures(truth: Iterable[Sequence[Picture]], estimate: Iterable[Sequence[
         runs.append(_Run(c))
         for a, b in zip(true, found, strict=True):
             runs[-1].add(a, b)
-    if not runs:
-        raise ValueError("truth: expected at least one run")
+    if not sum(run.scans for run in runs):
+        raise ValueError("truth: expected at least one run of at least one scan")
     parts, scans = np.array([r.parts for r in runs]), np.array([float(r.scans) for r in runs])
     mean_square, influence = ratio_influence(parts.sum(axis=1), scans)
     value = math.sqrt(mean_square)

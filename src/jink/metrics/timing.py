@@ -8,9 +8,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..checks import by_hints
 from .figure import Figure
 
 
+@by_hints
 def microseconds_per_update(work: Callable[[], object], updates: int, *, repetitions: int = 5) -> Figure:
     """Median wall-clock time of ``work()`` per update (tracks × scans), µs, after a run that is not counted.
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import Array
+from ..checks import Array, numbers, positive, whole
 from .provenance import Trained
 
 LEAST_REACH, MOST_REACH = 0.3, 1000.0  # how far from zero rules may be about something, in the sensor's sd
@@ -33,7 +33,7 @@ class FuzzyRules:
     trained: Trained | None = None
 
     def __post_init__(self) -> None:
-        c, s, w = (np.asarray(a, dtype=float) for a in (self.centres, self.spreads, self.variances))
+        c, s, w = (numbers(f"FuzzyRules.{name}", getattr(self, name)) for name in ("centres", "spreads", "variances"))
         if w.ndim != 1 or not len(w) or c.shape != (len(w), 2) or s.shape != (len(w), 2):
             raise ValueError(
                 "FuzzyRules: expected centres (R, 2), spreads (R, 2) and variances (R,) of at least one rule, "
@@ -56,34 +56,45 @@ class FuzzyRules:
 
         c and s are in that unit, w is the variance in (unit/s²)². Errors: ValueError for another number of columns.
         """
-        rows = np.atleast_2d(np.asarray(table, dtype=float))
-        if rows.ndim != 2 or rows.shape[1] != 5:
+        if not 1e-100 < positive("unit", unit) < 1e100:
+            raise ValueError(f"unit: expected a length in metres, got {unit:g}")
+        rows = np.atleast_2d(numbers("table", table))
+        if rows.ndim != 2 or rows.shape[1] != 5 or not len(rows):
             raise ValueError(f"table: expected rows of five numbers c1 s1 c2 s2 w, got shape {rows.shape}")
-        return cls(rows[:, [0, 2]] * unit, rows[:, [1, 3]] * unit, rows[:, 4] * unit**2, trained)  # pyright: ignore[reportArgumentType]
+        try:
+            return cls(rows[:, [0, 2]] * unit, rows[:, [1, 3]] * unit, rows[:, 4] * unit**2, trained)  # pyright: ignore[reportArgumentType]
+        except ValueError as error:
+            raise ValueError(f"table: {error}") from None
 
     @classmethod
     def constant(cls, acceleration_sd: float, spread: float) -> FuzzyRules:
         """One rule with the same answer everywhere; spread (m) is the size of the residuals it is made for."""
-        return cls(((0.0, 0.0),), ((spread, spread),), (acceleration_sd**2,))
+        sd, spread = positive("acceleration_sd", acceleration_sd), positive("spread", spread)
+        if sd * sd < 1e-300:
+            raise ValueError(f"acceleration_sd: expected at least 1e-150 m/s², got {sd:g}")
+        if spread < 1e-300:
+            raise ValueError(f"spread: expected at least 1e-300 m, got {spread:g}")
+        return cls(((0.0, 0.0),), ((spread, spread),), (sd * sd,))
 
     def __len__(self) -> int:
         return len(self.variances)
 
     def table(self, unit: float = 1.0) -> Array:
         """Rows c₁ s₁ c₂ s₂ w in the given unit of length."""
+        unit = positive("unit", unit)
         c, s, w = (np.asarray(a, dtype=float) for a in (self.centres, self.spreads, self.variances))
         return np.column_stack([c[:, 0] / unit, s[:, 0] / unit, c[:, 1] / unit, s[:, 1] / unit, w / unit**2])
 
     def variance(self, residual: ArrayLike, change: ArrayLike) -> Array:
         """q (m²/s⁴) for residuals and changes of any one shape, in metres; NaN where the residual is."""
-        r, dr = np.broadcast_arrays(np.asarray(residual, dtype=float), np.asarray(change, dtype=float))
+        r, dr = np.broadcast_arrays(numbers("residual", residual), numbers("change", change))
         log_firing = self._log_firing(r, dr)
         firing = np.exp(log_firing - log_firing.max(axis=-1, keepdims=True))
         return firing @ np.asarray(self.variances) / firing.sum(axis=-1)
 
     def firing(self, residual: ArrayLike, change: ArrayLike) -> Array:
         """The share of each rule in the answer, (..., R); they sum to one."""
-        log_firing = self._log_firing(np.asarray(residual, dtype=float), np.asarray(change, dtype=float))
+        log_firing = self._log_firing(numbers("residual", residual), numbers("change", change))
         share = np.exp(log_firing - log_firing.max(axis=-1, keepdims=True))
         return share / share.sum(axis=-1, keepdims=True)
 
@@ -94,7 +105,7 @@ class FuzzyRules:
 
     def surface(self, reach: float, points: int = 41) -> tuple[Array, Array]:
         """A grid (points,) of metres from −reach to reach, and the noise's sd (m/s²) over it, [Δr, r]."""
-        grid = np.linspace(-reach, reach, points)
+        grid = np.linspace(-positive("reach", reach), reach, whole("points", points, 2, 10_000))
         return grid, np.sqrt(self.variance(grid[None, :], grid[:, None]))
 
     @property

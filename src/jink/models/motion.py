@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 from .._engine import native
-from ..checks import PerAxis, exactly_one, per_axis, positive
+from ..checks import PerAxis, exactly_one, number, per_axis, positive
 
 # what the engine takes of a motion model
 NativeMode = native.Mode
@@ -194,7 +194,7 @@ class KnownTurn:
     name: ClassVar[str] = "known_turn"
 
     def __post_init__(self) -> None:
-        if not abs(float(self.turn_rate)) < 100:
+        if not abs(number("turn_rate", self.turn_rate)) < 100:
             raise ValueError(f"turn_rate: expected rad/s, got {self.turn_rate!r}")
         self._noise()
 
@@ -247,6 +247,7 @@ class OwnMotion(Protocol):
         ...
 
 
+AnyMotion = NativeMotion | OwnMotion  # what a filter takes
 Motion = ConstantVelocity | ConstantAcceleration | Singer | CoordinatedTurn | KnownTurn
 
 MOTIONS: dict[str, type] = {
@@ -254,17 +255,27 @@ MOTIONS: dict[str, type] = {
 }
 
 
+def name_of(motion: object) -> str:
+    """What a mode is called in an estimate, before names that repeat are numbered."""
+    return str(getattr(motion, "name", type(motion).__name__))
+
+
+def manoeuvres(motion: object) -> bool:
+    """Does a motion model say that a target in it manoeuvres?"""
+    return bool(getattr(motion, "manoeuvring", False))
+
+
 def mode_names(motions: Sequence[object]) -> tuple[str, ...]:
     """One name per mode; a repeated one is numbered: constant_velocity, constant_velocity_2."""
     names: list[str] = []
     for motion in motions:
-        name = str(getattr(motion, "name", type(motion).__name__))
+        name = name_of(motion)
         seen = sum(1 for n in names if n == name or (n.rpartition("_")[0] == name and n.rpartition("_")[2].isdigit()))
         names.append(name if not seen else f"{name}_{seen + 1}")
     return tuple(names)
 
 
-def component_names(motions: Sequence[Motion], axes: int) -> tuple[str, ...]:
+def component_names(motions: Sequence[Any], axes: int) -> tuple[str, ...]:
     """The components an estimate is reported in: the union over the modes, per axis, then the turn rate."""
     modes = [m.native(axes) for m in motions]
     per = ("p", "v", "a") if any(m.has_acceleration for m in modes) else ("p", "v")

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..checks import positive
+from ..checks import positive, whole
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,12 +15,16 @@ class Outliers:
     after ``restart_after`` gated rows in a row (0: never) the track starts again from the last of them. ``extent`` (m)
     holds for positions and ranges, or is one number per component; angles have 2π, velocities ``velocity_extent``
     (m/s).
+
+    hindsight: a row that may be either is followed both ways until the next one decides. Until then the estimate is the
+    mixture of both. For filters of fixed modes that are mixed as in the IMM, GPB1 or not at all.
     """
 
     share: float = 0.01
     extent: float | Sequence[float] = 1e5
     velocity_extent: float = 1e3
     restart_after: int = 2
+    hindsight: bool = False
 
     def __post_init__(self) -> None:
         if not 0 < positive("Outliers.share", self.share) < 1:
@@ -28,5 +32,4 @@ class Outliers:
         for extent in self.extent if isinstance(self.extent, Sequence) else [self.extent]:
             positive("Outliers.extent", extent)
         positive("Outliers.velocity_extent", self.velocity_extent)
-        if int(self.restart_after) != self.restart_after or self.restart_after < 0:
-            raise ValueError(f"Outliers.restart_after: expected a whole number of rows, got {self.restart_after!r}")
+        whole("Outliers.restart_after", self.restart_after, 0, 2**31 - 1, of=" of rows")

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, pi
-from typing import Any
 
 import numpy as np
 
-from ..checks import PerAxis, positive, probability
-from .sensor import Polar, Position
+from ..checks import PerAxis, numbers, positive, probability
+from .sensor import Polar, Position, Sensor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +30,7 @@ class Radar:
     sd: PerAxis | None = None
     range_sd: float | None = None
     azimuth_sd: float | None = None
-    sensor: Any = None
+    sensor: Sensor | None = None
     site: Sequence[float] = (0.0, 0.0)
     detection: float = 0.9
     clutter_per_scan: float | None = None
@@ -56,7 +55,7 @@ class Radar:
         positive("Radar.height", self.height)
         positive("Radar.fastest", self.fastest)
         if self.area is not None:
-            a = [float(v) for v in self.area]
+            a = numbers("Radar.area", self.area).reshape(-1).tolist()
             if len(a) != 4 or not np.all(np.isfinite(a)) or not (a[0] < a[1] and a[2] < a[3]):
                 raise ValueError(f"Radar.area: expected (x from, x to, y from, y to) in metres, got {self.area!r}")
         polar = self.range_sd is not None or self.azimuth_sd is not None
@@ -66,7 +65,7 @@ class Radar:
             raise ValueError("Radar: expected both range_sd and azimuth_sd")
         self.measures()
 
-    def measures(self) -> Any:
+    def measures(self) -> Sensor | None:
         """The sensor model, or None where the filter's own counts."""
         if self.sd is not None:
             return Position(sd=self.sd)

@@ -16,7 +16,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._engine import native
-from ..checks import Array, PerAxis, covariance, exactly_one, packed, per_axis, positive
+from ..checks import (
+    Array,
+    PerAxis,
+    by_hints,
+    covariance,
+    exactly_one,
+    numbers,
+    one_of,
+    packed,
+    per_axis,
+    positive,
+    whole,
+)
 from .observed import Moving, Observed, from_site, in_axes, to_positions
 from .outliers import Outliers
 
@@ -26,9 +38,7 @@ SensorKind, Vertical = native.SensorKind, native.Vertical
 
 
 def _axes(axes: int) -> int:
-    if axes not in (1, 2, 3):
-        raise ValueError(f"axes: expected 1, 2 or 3, got {axes!r}")
-    return axes
+    return whole("axes", axes, 1, 3)
 
 
 def _noise(sd: list[float] | None, matrix: ArrayLike | None, rows: int) -> tuple[bool, list[float]]:
@@ -151,6 +161,7 @@ class PositionVelocity(Observed):
         return (*(horizontal, horizontal, vertical)[: self.axes], *(2 * speed,) * self.axes)
 
     @staticmethod
+    @by_hints
     def from_speed_course(
         position: ArrayLike,
         speed: ArrayLike,
@@ -167,6 +178,10 @@ class PositionVelocity(Observed):
         """
         p = np.asarray(position, dtype=float)
         s, c = np.asarray(speed, dtype=float), np.asarray(course, dtype=float)
+        if p.ndim != 2 or p.shape[1] != 2 or s.shape != (len(p),) or c.shape != (len(p),):
+            raise ValueError(
+                f"position: expected (N, 2) with speed and course (N,), got {p.shape}, {s.shape} and {c.shape}"
+            )
         along = np.stack([np.sin(c), np.cos(c)], axis=-1)
         across = np.stack([np.cos(c), -np.sin(c)], axis=-1)
         R = np.zeros((len(p), 4, 4))
@@ -258,8 +273,7 @@ class Polar(Observed):
             object.__setattr__(self, "axes", 3 if spatial else 2)
         if self.axes == 2 and spatial:
             raise ValueError("Polar: elevation_sd and height_sd need a vertical axis; expected axes=3, got axes=2")
-        if self.method not in ("ekf", "converted"):
-            raise ValueError(f"method: expected 'ekf' or 'converted', got {self.method!r}")
+        one_of("method", self.method, ("ekf", "converted"))
         if self.method == "converted" and self.range_rate_sd is not None:
             raise ValueError("Polar: method='converted' cannot use a range rate; expected method='ekf'")
         if self.method == "converted" and self.axes == 3 and not spatial:
@@ -277,7 +291,7 @@ class Polar(Observed):
         """What the engine runs."""
         sds = {"range": self.range_sd, "azimuth": self.azimuth_sd, "elevation": self.elevation_sd}
         sds |= {"height": self.height_sd, "range_rate": self.range_rate_sd}
-        noise = [positive(f"{name}_sd", sds[name] or 0.0) ** 2 for name in self.components]
+        noise = [positive(f"{name}_sd", 0.0 if sds[name] is None else sds[name]) ** 2 for name in self.components]  # pyright: ignore[reportArgumentType]
         kinds = {"range": "p", "height": "p", "azimuth": "a", "elevation": "a", "range_rate": "v"}
         converted = self.method == "converted"
         axes = _plane("Polar", self.axes or 2)
@@ -327,19 +341,15 @@ class Polar(Observed):
 
 
 def _reference(reference: str) -> bool:
-    if reference not in ("north", "east"):
-        raise ValueError(f"reference: expected 'north' or 'east', got {reference!r}")
-    return reference == "north"
+    return one_of("reference", reference, ("north", "east")) == "north"
 
 
 def _plane(owner: str, axes: int) -> int:
-    if axes not in (2, 3):
-        raise ValueError(f"{owner}: axes: expected 2 or 3, got {axes!r}")
-    return axes
+    return whole(f"{owner}: axes", axes, 2, 3)
 
 
 def _site(site: Sequence[float]) -> list[float]:
-    values = [float(v) for v in site]
+    values = numbers("site", site, "coordinates in metres").reshape(-1).tolist()
     if len(values) not in (2, 3) or not np.all(np.isfinite(values)):
         raise ValueError(f"site: expected 2 or 3 coordinates in metres, got {site!r}")
     return values + [0.0] * (3 - len(values))
@@ -370,5 +380,6 @@ class OwnSensor(Protocol):
 
 
 Sensor = Position | PositionVelocity | Bearing | Polar
+AnySensor = Sensor | OwnSensor  # what a filter takes
 
 SENSORS: dict[str, type] = {s.__name__: s for s in (Position, PositionVelocity, Bearing, Polar)}

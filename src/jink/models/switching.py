@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import Array, numbers, positive
+from ..checks import Array, numbers, positive, whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +23,7 @@ class Sojourn:
 
     def generator(self, modes: int) -> Array:
         """G (M, M), 1/s. Errors: ValueError for the wrong number of modes or rows that do not sum to one."""
+        whole("modes", modes, 1)
         rates = [1.0 / positive("Sojourn.seconds", s) for s in numbers("Sojourn.seconds", self.seconds).ravel()]
         if len(rates) != modes:
             raise ValueError(f"Sojourn.seconds: expected one number for each of {modes} modes, got {len(rates)}")
@@ -37,6 +38,9 @@ class Sojourn:
             if modes > 1 and not np.allclose(to.sum(axis=1), 1):
                 raise ValueError(f"Sojourn.to: rows must sum to one, got {to.sum(axis=1)}")
         return np.asarray(rates)[:, None] * (to - np.eye(modes)) if modes > 1 else np.zeros((1, 1))
+
+
+Transition = ArrayLike | Sojourn  # a stay probability, a matrix per scan, or a chain in continuous time
 
 
 def transition_rule(transition: object, step: float | None, modes: int) -> tuple[bool, Array]:

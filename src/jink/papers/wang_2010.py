@@ -297,7 +297,7 @@ WANG_2010 = Paper(
         "The fitted filters are the likeliest on 100 other runs of each of the three targets, every other one "
         "mirrored. α of “wide fit” stays at 1/20 s. “ratios fit” has the least ratio, where it is largest, to the best "
         "of CSAF and both Singer filters on such runs. The ratios are those of position, velocity and acceleration in "
-        "both experiments, and that of the peak at the step to 1.5 times CSAF's.",
+        "both experiments, and that of the peak at the step to 1.4 times CSAF's.",
         "The figure of the triangular membership is lost: here it is straight lines between the exponential's ends.",
         "The paper does not state the start. Here tracks start from two points, with acceleration 0 of sd 30 m/s². "
         "RMSE pools runs and scans from the fourth on. The start's error is the same in both filters and rules the "

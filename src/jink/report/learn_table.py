@@ -33,8 +33,8 @@ def show(learned: Learned) -> None:
 
 
 def heading(learned: Learned) -> str:
-    """Which filter was learned from which data."""
-    return f"{learned.name}, learned on {learned.training}, in {learned.seconds:.1f} s"
+    """Which filter was learned from which data, and how long the processor's cores took together."""
+    return f"{learned.name}, learned on {learned.training}, in {learned.cpu_seconds:.1f} s of CPU"
 
 
 def rules(learned: Learned) -> list[str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from ..compare.result import Race
 from ..tracking.batch import Tracked
@@ -34,13 +33,15 @@ class Page:
         return f"Page({len(self.html) / 1e6:.2f} MB of HTML; save(path) writes it)"
 
 
-def plot(what: object, *, title: str | None = None, summary: Mapping[str, Any] | None = None) -> Page:
+def plot(what: object, *, title: str | None = None, summary: Mapping[str, object] | None = None) -> Page:
     """The page of tracks, or of a race.
 
     what: a DataFrame that :func:`jink.track` returned (polars, pandas, PyArrow), what it returned with
     ``details=True``, or a race of :func:`jink.compare.compare`. summary: counts and settings to be shown beside a
     DataFrame's tracks. Errors: ValueError naming the columns that are missing; TypeError for something else.
     """
+    if summary is not None and not isinstance(summary, Mapping):
+        raise TypeError(f"summary: expected a mapping, got {type(summary).__name__}")
     if isinstance(what, Race):
         from .race_page import page_text as race_text
 
@@ -56,6 +57,7 @@ def plot(what: object, *, title: str | None = None, summary: Mapping[str, Any] |
         tracks = from_any(what)
     except InputError:
         raise TypeError(
-            f"plot: expected tracks (a DataFrame of jink.track) or a race of jink.compare, got {type(what).__name__}"
+            "plot: what: expected tracks (a DataFrame of jink.track) or a race of jink.compare, "
+            f"got {type(what).__name__}"
         ) from None
     return Page(page_text(tracks, summary or {}, title, sky))

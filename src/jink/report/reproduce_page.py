@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ..papers.run import Outcome
 from .papers_table import Sheet, measured, published, sheets
@@ -18,18 +18,24 @@ def write(outcomes: Sequence[Outcome], path: str | os.PathLike[str]) -> None:
 
 def page(outcomes: Sequence[Outcome]) -> str:
     """The HTML text; it needs no scripts and nothing from elsewhere."""
-    names = ", ".join(outcome.paper.name for outcome in outcomes)
-    links = "".join(f'<a href="#{o.paper.name}">{escape(o.paper.name)}</a>' for o in outcomes)
-    contents = f'<nav class="contents" aria-label="Papers">{links}</nav>' if len(outcomes) > 1 else ""
+    return joined({outcome.paper.name: section(outcome) for outcome in outcomes})
+
+
+def joined(sections: Mapping[str, str]) -> str:
+    """The same of sections by the names of their papers."""
+    names = ", ".join(sections)
+    links = "".join(f'<a href="#{name}">{escape(name)}</a>' for name in sections)
+    contents = f'<nav class="contents" aria-label="Papers">{links}</nav>' if len(sections) > 1 else ""
     head = (
-        '<header class="masthead"><div class="names"><h1>Published beside measured</h1>'
+        '<header class="masthead centred"><div class="names"><h1>Published beside measured</h1>'
         f'<p class="lede">{escape(names)} · jink {escape(version())}</p></div></header>'
     )
-    body = head + contents + "".join(_paper(outcome) for outcome in outcomes)
+    body = head + contents + "".join(sections.values())
     return plain_page(title=f"Reproduced: {names}", body=body, style="reproduce.css")
 
 
-def _paper(outcome: Outcome) -> str:
+def section(outcome: Outcome) -> str:
+    """What the page says of one paper."""
     paper = outcome.paper
     partial = " Interrupted, so only some of the runs are counted." if outcome.partial else ""
     tables = "".join(_sheet(sheet) for sheet in sheets(outcome))

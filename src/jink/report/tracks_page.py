@@ -79,10 +79,14 @@ def page_text(
     body = fill(
         "tracks.html",
         title=escape(title),
-        lede=escape(_lede(every, sky)),
+        lede=escape(" ".join(filter(None, (str(summary.get("sample", "")), _lede(every, sky))))),
         consistency=cards,
         summary=summary_cards(summary),
-        footer=escape(_footer(drawing.drawn, len(every), listed, len(every.names)) + _footer_of_sky(drawing.sky)),
+        footer=escape(
+            _footer(drawing.drawn, len(every), listed, len(every.names))
+            + _footer_of_sky(drawing.sky)
+            + _of_lag(summary)
+        ),
     )
     return page(title=title, body=body, scripts=_SCRIPTS, meta=meta, block=drawing.block)
 
@@ -286,6 +290,17 @@ def _footer(drawn: int, total: int, listed: int, targets: int) -> str:
         text += f" Of {group(targets)} targets the {group(listed)} with most rows are shown."
         text += " The consistency is that of all targets."
     return text
+
+
+def _of_lag(summary: Mapping[str, Any]) -> str:
+    """What estimates use, and what would be better for those who can wait."""
+    if summary.get("lag"):
+        return f" Every estimate uses what was measured up to {summary['lag']} later."
+    if summary.get("smoothed") is False:
+        return (
+            " Every estimate uses what came before it alone; for all that can wait a scan, --lag 1 is the mode to use."
+        )
+    return ""
 
 
 def _footer_of_sky(sky: dict[str, Any] | None) -> str:

@@ -20,6 +20,6 @@ __all__ = ["RADARS", "SCENARIOS", "Observation", "Scenario", "Schedule", "Simula
 
 def by_name(name: str) -> Scenario:
     """The scenario of this name. Errors: ValueError naming the nearest and all."""
-    if name not in SCENARIOS:
-        raise ValueError(unknown("scenario", name, SCENARIOS))
+    if not isinstance(name, str) or name not in SCENARIOS:
+        raise ValueError(unknown("scenario name", name, SCENARIOS))
     return SCENARIOS[name]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..checks import Array, unknown
 from ..metrics.draws import Draws
@@ -16,6 +17,14 @@ from .sensing import RADARS, Observation, Schedule
 from .truth import Kinematics, Truth
 
 CHUNK_ROWS = 200_000  # scans that are simulated at once: bounds the memory of large Monte Carlo experiments
+
+
+class Rows(TypedDict):
+    """What ``filter(**rows)`` takes: time (N,) s, z (N, m), offsets (B + 1,) of the runs."""
+
+    time: Array
+    z: Array
+    offsets: NDArray[np.int64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +45,7 @@ class Simulation:
     input: Array | None = None
     turn_rate: Array | None = None
 
-    def batch(self) -> dict[str, Any]:
+    def batch(self) -> Rows:
         """time, z and offsets for ``filter(**simulation.batch())``: all runs laid end to end."""
         B, S, m = self.z.shape
         return {"time": self.time.reshape(-1), "z": self.z.reshape(-1, m), "offsets": np.arange(B + 1) * S}
@@ -97,13 +106,15 @@ class Scenario:
         *,
         interval: float | None = None,
         jitter: float | None = None,
-        **changes: Any,
+        detection: float | None = None,
+        outlier_share: float | None = None,
+        outlier_scale: float | None = None,
+        bias: Sequence[float] | None = None,
     ) -> Scenario:
         """The same truth seen otherwise.
 
         sensor a radar's name (see RADARS), a position noise in m, a sensor of :mod:`jink.models.sensor` or an
-        Observation; interval and jitter in s; changes go to the observation: detection, outlier_share,
-        outlier_scale, bias.
+        Observation; interval and jitter in s; detection, outlier_share, outlier_scale and bias of the observation.
         """
         observation, usual, usual_jitter = self._observation(sensor)
         schedule = self.schedule
@@ -113,6 +124,13 @@ class Scenario:
             schedule = schedule.every(usual, usual_jitter)
         if jitter is not None:
             schedule = replace(schedule, jitter=jitter)
+        told = {
+            "detection": detection,
+            "outlier_share": outlier_share,
+            "outlier_scale": outlier_scale,
+            "bias": bias,
+        }
+        changes = {name: value for name, value in told.items() if value is not None}
         return replace(self, observation=replace(observation, **changes), schedule=schedule)
 
     def _observation(self, sensor: str | float | Sensor | Observation) -> tuple[Observation, float | None, float]:
@@ -129,10 +147,13 @@ class Scenario:
 
 def _numbers(runs: int | Sequence[int] | np.ndarray) -> np.ndarray:
     if isinstance(runs, int | np.integer):
-        if runs < 1:
+        if not 1 <= runs < 2**40:
             raise ValueError(f"runs: expected at least 1, got {runs}")
         return np.arange(int(runs))
-    numbers = np.asarray(runs, dtype=np.int64)
+    try:
+        numbers = np.asarray(runs, dtype=np.int64)
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"runs: expected a number of runs, or the numbers of some, got {runs!r}") from None
     if numbers.ndim != 1 or numbers.size == 0:
         raise ValueError(f"runs: expected a number of at least 1, or the numbers of some runs, got {runs!r}")
     return numbers

@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..checks import Array, positive
+from ..checks import Array, number, numbers, positive, real, whole
 from ..metrics.draws import Draws
 from ..models.sensor import SENSORS, Polar, Sensor
 from .truth import Kinematics
+
+MOST_SCANS = 10**8  # of one run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,9 +26,9 @@ class Schedule:
 
     def __post_init__(self) -> None:
         positive("interval", self.interval)
-        if self.count < 1:
-            raise ValueError(f"count: expected at least one scan, got {self.count}")
-        if not 0 <= self.jitter < self.interval / 2:
+        number("start", self.start)
+        whole("count", self.count, 1, MOST_SCANS, of=" of scans")
+        if not 0 <= real("jitter", self.jitter) < self.interval / 2:
             raise ValueError(
                 f"jitter: expected 0 to below half the interval of {self.interval:g} s, got {self.jitter:g}"
             )
@@ -67,14 +69,15 @@ class Observation:
     def __post_init__(self) -> None:
         if not hasattr(self.sensor, "observe"):
             raise TypeError(f"sensor: expected one of {', '.join(SENSORS)}, got {self.sensor!r}")
-        if not 0 < self.detection <= 1:
+        if not 0 < real("detection", self.detection) <= 1:
             raise ValueError(f"detection: expected a probability above 0 and up to 1, got {self.detection!r}")
-        if not 0 <= self.outlier_share < 1:
+        if not 0 <= real("outlier_share", self.outlier_share) < 1:
             raise ValueError(f"outlier_share: expected a share from 0 to below 1, got {self.outlier_share!r}")
         positive("outlier_scale", self.outlier_scale)
-        if len(self.bias) not in (0, len(self.components)):
+        bias = numbers("bias", self.bias)
+        if bias.ndim != 1 or bias.size not in (0, len(self.components)):
             names = ", ".join(self.components)
-            raise ValueError(f"bias: expected one number for each of {names}, got {len(self.bias)}")
+            raise ValueError(f"bias: expected one number for each of {names}, got {bias.size}")
 
     @property
     def components(self) -> tuple[str, ...]:

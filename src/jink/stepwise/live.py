@@ -121,6 +121,8 @@ class Now:
     nis_dof: float
     status: str
     components: tuple[str, ...]
+    doubt: float = 0.0
+    decided: str | None = None
 
     def __getitem__(self, component: str) -> float:
         """One component's estimate, by name."""

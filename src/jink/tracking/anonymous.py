@@ -17,6 +17,7 @@ import polars as pl
 
 from ..association.batch import Found, Scans, track_scans
 from ..association.rules import ASSOCIATIONS
+from ..association.smoothing import smoothed
 from ..association.tracker import Tracker
 from ..catalogue.targets import kind_of
 from ..checks import unknown
@@ -34,6 +35,7 @@ from .placing import Placed
 from .prepare import Pace, Settings, choose
 from .sky_picture import SkyPicture, sky_picture
 from .summary import plain, reasons, words_for
+from .unknown_height import height_of, on_the_ground
 
 SHARED = 0.3  # of the times: if so many are shared by several rows, a table without identity holds several targets
 APART = 0.05  # of what the table spans: rows of one time nearer to each other may be one target and a coarse clock
@@ -63,6 +65,8 @@ class Anonymous:
         if isinstance(given, bool):
             return cls() if given else None
         names = cls.__dataclass_fields__
+        if not isinstance(given, Mapping):
+            raise InputError(f"anonymous: expected True, False or options by name, got {given!r:.60}")
         for name in given:
             if name not in names:
                 raise InputError(f"anonymous: {unknown('option', str(name), names)}")
@@ -108,18 +112,13 @@ def run_anonymous(
     plots, begin, scan_time = placed_plots(measurements, settings.site, how.period)
     if not plots.rows.height:
         raise InputError("no plot is left: no row has a position")
+    if plots.components == ("range", "azimuth"):
+        height, words = height_of(settings.target_height, settings.kind, measurements.named.get("range", ""), False)
+        plots = plots if height.is_ground else on_the_ground(plots, height)
+        measurements.notes += [words] if words else []
     interval = float(np.median(np.diff(scan_time))) if len(scan_time) > 1 else 1.0
-    believed = assumed(plots, settings, how.detection, how.new_per_hour)
-    given = Given(settings, how.detection is not None, how.new_per_hour is not None)
-    for _ in range(PASSES):
-        found, _, _ = _pass(plots, begin, scan_time, believed, settings, how, interval, None)
-        if not len(found.id):
-            break
-        before = believed
-        believed = believed.corrected(found, placed_tracks(plots, found), scan_time, given)
-        if believed.like(before):
-            break
-    found, filter, tracker = _pass(plots, begin, scan_time, believed, settings, how, interval, progress)
+    believed, _ = beliefs_of(plots, begin, scan_time, settings, how, interval)
+    found, filter, tracker = _pass(plots, begin, scan_time, believed, settings, how, interval, progress, True)
     if not len(found.id):
         raise InputError(
             f"no track was confirmed in {len(scan_time):,} scans of {plots.rows.height:,} plots; "
@@ -128,7 +127,7 @@ def run_anonymous(
     rows = placed_tracks(plots, found)
     picture = sky_picture(plots, found)
     if settings.smoothing is not None:
-        found = _smoothed(found, filter, rows, settings.smoothing)
+        found = _smoothed(tracker, _scans(plots, begin, scan_time, how), found, settings.smoothing)
     busy = Manoeuvres.of(filter, settings.kind, settings.manoeuvre_g, centred=settings.smooth)
     table = sky_table(rows, found, measurements.absolute, busy)
     used = picture.plots["used"].to_numpy()
@@ -152,6 +151,25 @@ def run_anonymous(
     return table, rejected, summary | {"seconds": clock.perf_counter() - began}, picture
 
 
+def beliefs_of(
+    plots: Placed, begin: np.ndarray, scan_time: np.ndarray, settings: Settings, how: Anonymous, interval: float
+) -> tuple[Beliefs, float]:
+    """What the tracks of some passes say, and the false plots per scan that the last of them learned."""
+    believed = assumed(plots, settings, how.detection, how.new_per_hour)
+    given = Given(settings, how.detection is not None, how.new_per_hour is not None)
+    clutter = 0.0
+    for _ in range(PASSES):
+        found, _, tracker = _pass(plots, begin, scan_time, believed, settings, how, interval, None)
+        clutter = sum(tracker.clutter_per_scan.values())
+        if not len(found.id):
+            break
+        before = believed
+        believed = believed.corrected(found, placed_tracks(plots, found), scan_time, given)
+        if believed.like(before):
+            break
+    return believed, clutter
+
+
 def _pass(
     plots: Placed,
     begin: np.ndarray,
@@ -161,6 +179,7 @@ def _pass(
     how: Anonymous,
     interval: float,
     progress: Progress | None,
+    last: bool = False,
 ) -> tuple[Found, Any, Tracker]:
     _, filter = choose(plots.components, believed.sd, Pace.of(interval, settings), settings)
     radar = Radar(detection=believed.detection, clutter_per_scan=how.clutter)
@@ -177,21 +196,21 @@ def _pass(
         )
     except (ValueError, TypeError) as error:
         raise InputError(str(error)) from None
-    own = None if how.period is None else plots.rows["time"].to_numpy()
     step = (lambda done, total: progress("tracking", done, total)) if progress else None
-    return track_scans(tracker, Scans(scan_time, begin, plots.z, own=own), step), filter, tracker
+    keep = last and settings.smoothing is not None
+    return track_scans(tracker, _scans(plots, begin, scan_time, how), step, keep=keep), filter, tracker
 
 
-def _smoothed(found: Found, filter: Any, rows: Placed, lag: dict[str, Any]) -> Found:
-    if filter.not_smoothed:
-        raise InputError(f"smooth: {type(filter).__name__} cannot be smoothed: {filter.not_smoothed}")
-    estimate = filter.smooth(rows.time, rows.z, offsets=rows.offsets, outputs=("x", "P", "mode_probability"), **lag)
-    known = np.isfinite(estimate.x).all(axis=1)
-    results = dict(found.estimate.results)
-    for name in ("x", "P", "mode_probability"):
-        mask = known.reshape(-1, *(1,) * (results[name].ndim - 1))
-        results[name] = np.where(mask, estimate.results[name], results[name])
-    return replace(found, estimate=replace(found.estimate, results=results))
+def _scans(plots: Placed, begin: np.ndarray, scan_time: np.ndarray, how: Anonymous) -> Scans:
+    own = None if how.period is None else plots.rows["time"].to_numpy()
+    return Scans(scan_time, begin, plots.z, own=own)
+
+
+def _smoothed(tracker: Tracker, scans: Scans, found: Found, lag: dict[str, Any]) -> Found:
+    try:
+        return smoothed(tracker, scans, found, **lag)
+    except ValueError as error:
+        raise InputError(str(error)) from None
 
 
 def sky_table(rows: Placed, found: Found, absolute: bool, what: Manoeuvres) -> pl.DataFrame:

@@ -12,6 +12,7 @@ from ..io.kept import MARK
 from ..io.measurements import Measurements
 from .cleaning import measured_rows
 from .placing import Placed, lay
+from .unknown_height import VARIANCE
 
 
 def placed_plots(
@@ -101,9 +102,10 @@ def placed_tracks(plots: Placed, found: Found) -> Placed:
     missing = pl.Series(~seen)
     carried = [name for name in source.columns if name.startswith(MARK)]
     sds = [name for name in ("position_sd", "altitude_sd") if name in source.columns]
-    rows = source.select("file", "row", "source", *sds, *carried)
+    unknown = [VARIANCE] if VARIANCE in source.columns else []
+    rows = source.select("file", "row", "source", *sds, *unknown, *carried)
     rows = rows.with_columns(
-        *[pl.when(missing).then(None).otherwise(pl.col(name)).alias(name) for name in ("row", *carried)],
+        *[pl.when(missing).then(None).otherwise(pl.col(name)).alias(name) for name in ("row", *unknown, *carried)],
         target=pl.Series(number).cast(pl.String),
         part=pl.lit(0, pl.Int32),
         time=pl.Series(absolute),

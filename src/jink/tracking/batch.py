@@ -15,6 +15,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.names import FilterName, KindName
+from ..checks import items
 from ..filters.axis_by_axis import AxisByAxis
 from ..filters.bank import Bank
 from ..io.conventions import Conventions
@@ -23,6 +24,7 @@ from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.projections import with_grid
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
+from .foretold import foretells_badly
 from .lag import Lag
 from .manoeuvring import Manoeuvres, told
 from .noise_level import parse_sensor_sd
@@ -33,6 +35,7 @@ from .resampling import parse_every, resampled
 from .sky_picture import SkyPicture
 from .stretches import ManoeuvresGoOn, Run, Stretched, pieces
 from .summary import reasons, summarise
+from .unknown_height import TargetHeight
 
 Progress = Callable[[str, int, int], None]
 F = TypeVar("F")  # a DataFrame of any library
@@ -91,11 +94,12 @@ class Options(TypedDict, total=False):
     azimuth_from: Literal["north", "east", "grid"] | None
     crs: str | None
     threads: int | None
-    anonymous: bool | Mapping[str, Any]
+    anonymous: bool | Mapping[str, object]
     velocity: bool
     keep: Sequence[str] | None
     every: float | str | None
     manoeuvre_g: float | None
+    target_height: str | None
 
 
 Files = str | Path | Sequence[str] | Sequence[Path]
@@ -142,6 +146,7 @@ def track(
     keep: Sequence[str] | None = None,
     every: float | str | None = None,
     manoeuvre_g: float | None = None,
+    target_height: str | None = None,
 ) -> Any:
     """Track every target in a DataFrame (the same kind comes back), a file, a pattern or several files.
 
@@ -167,7 +172,8 @@ def track(
     rates are used where they make held-out positions likelier; False leaves them out. keep: columns of the input that
     come back too (None: those that say who a target is). every: one row at each multiple of so many seconds ("1s"),
     predicted where nothing was measured, instead of one per input row. manoeuvre_g: the acceleration in g from which on
-    `manoeuvring` and `manoeuvring_vertical` are probabilities of a manoeuvre (None: that of the kind).
+    `manoeuvring` and `manoeuvring_vertical` are probabilities of a manoeuvre (None: that of the kind). target_height:
+    how high targets of a radar that measures no heights are above it, mean and sd in metres ("4000,3500"), or "ground".
     Raises InputError (a ValueError).
     """
     alone, sites = sites_of({} if site is None else site if isinstance(site, Mapping) else {"": site})
@@ -189,10 +195,13 @@ def track(
         velocity=velocity,
         every=parse_every(every),
         manoeuvre_g=manoeuvre_g,
+        target_height=TargetHeight.of(target_height),
     )
     conventions = Conventions(day_first, time_format, time_zone, axes, azimuth_from, crs)
     conventions = with_grid(conventions, alone, bool(sites))
-    kept = None if keep is None else tuple(keep)
+    kept = None if keep is None else items("keep", keep, "names of columns")
+    if kept and not all(isinstance(name, str) for name in kept):
+        raise InputError(f"keep: expected names of columns, got {keep!r:.60}")
     reading = Reading(columns, altitude_unit, time_unit, check_coordinates, conventions, kept)
     tracked, back = _from_data(data, reading, settings, Anonymous.of(anonymous))
     if details:
@@ -210,6 +219,8 @@ def _from_data(
 ) -> tuple[Tracked, Callable[[pl.DataFrame], Any]]:
     """Tracks of files or of a DataFrame, and what turns them into the kind that was given."""
     if isinstance(data, str | Path):
+        if not str(data) or "\0" in str(data):
+            raise InputError(f"data: expected a file, a folder or a pattern, got {str(data)!r}")
         data = [data]
     if isinstance(data, Sequence) and data and all(isinstance(item, str | Path) for item in data):
         return run(load_files(data, reading), settings, anonymous=how), lambda frame: frame
@@ -241,6 +252,8 @@ def run(
     found, hopeless = findings(seen, tracked.summary["noise"], settings.kind, tracked.summary["consistency"])
     if hopeless and settings.check:
         raise InputError(implausible(found, tracked.summary["targets"]))
+    if settings.filter is not None and settings.smoothing is None:
+        found += foretells_badly(measured)
     tracked.summary["warnings"] = as_dicts(found, tracked.summary["targets"])
     return at_even_times(tracked, settings)
 

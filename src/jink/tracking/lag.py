@@ -12,6 +12,9 @@ from ..io.errors import InputError
 EXPECTED = "expected scans (2) or seconds (8s)"
 
 
+MOST = 1e9  # scans or seconds
+
+
 @dataclass(frozen=True)
 class Lag:
     """So many scans, or so many seconds."""
@@ -26,7 +29,7 @@ class Lag:
             return given
         match = re.fullmatch(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*(s?)\s*", str(given)) if not isinstance(given, bool) else None
         value = float(match[1]) if match else math.nan
-        if not match or (not match[2] and value != int(value)):
+        if not match or not value <= MOST or (not match[2] and value != int(value)):
             raise InputError(f"lag is {given!r}; {EXPECTED}")
         return cls(seconds=value) if match[2] else cls(scans=int(value))
 

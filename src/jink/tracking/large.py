@@ -47,7 +47,7 @@ def check_whole(inputs: Sequence[str | Path], memory: int) -> None:
     if wanted > memory:
         raise InputError(
             f"the table takes about {wanted / 1e9:.1f} GB of memory and --memory allows {memory / 1e9:.1f} GB; it is "
-            "needed whole for --report, -o -, --every, several sites, plots without identity, and formats other than "
+            "needed whole for -o -, --every, several sites, plots without identity, and formats other than "
             "Parquet, Arrow, CSV and JSON Lines"
         )
 

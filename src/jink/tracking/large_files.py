@@ -15,6 +15,7 @@ CGROUP = "/sys/fs/cgroup/memory.max"
 LEAST = 600_000_000
 
 Progress = Callable[[str, int, int], None]
+Page = Callable[[Any, Path, dict[str, Any]], None]  # tracks, where to, summary
 
 
 def memory_of(given: str | None) -> int:
@@ -48,36 +49,43 @@ def track_large(
     progress: Progress,
     *,
     safe: bool = False,
+    page: tuple[Path, Page] | None = None,
 ) -> tuple[dict[str, Any], list[Path]] | None:
     """The summary and the files that were written; None where the files cannot be divided. Errors: InputError.
 
     output: where tracks go, and in which format; rejected: where rows go that are in no track;
-    safe: no cell of CSV is a formula.
+    safe: no cell of CSV is a formula; page: where a page goes, and what writes it of a sample of the targets.
     """
     from ..io.sinks import check_streamed, write_stream
     from ..io.spreadsheets import harmless
     from ..io.temporary import folder_in
     from ..io.writing import atomically
     from .large import Large
+    from .sampled import Sampled
 
     if output is not None:
         check_streamed(*output)
-    beside = output[0].parent if output else None
+    beside = output[0].parent if output else page[0].parent if page else None
     with folder_in(beside) as folder:
         large = Large.of(inputs, reading, settings, memory, folder, progress)
         if large is None:
             return None
-        if output is None:
-            for _ in large.tables():
-                pass
-            return large.summary(), []
-        path, kind = output
-        written = [path]
-        with atomically(path) as (name,):
-            tables = map(harmless, large.tables()) if safe else large.tables()
-            write_stream(tables, name, kind, packed=path.suffix == ".gz")
+        sample = Sampled()
+        tables = large.tables() if page is None else map(sample.take, large.tables())
+        written = [given[0] for given in (output, page) if given]
+        with atomically(*written) as names:
+            if output is None:
+                for _ in tables:
+                    pass
+            else:
+                path, kind = output
+                write_stream(map(harmless, tables) if safe else tables, names[0], kind, packed=path.suffix == ".gz")
             summary = large.summary()
-            if rejected is not None and (large.lost or rejected.exists()):
+            if page is not None:
+                said = sample.said()
+                summary |= {"sample": said} if said else {}
+                page[1](sample.tracks(), names[-1], summary)
+            if written and rejected is not None and (large.lost or rejected.exists()):
                 with atomically(rejected) as (beside_it,):
                     write_stream(_some(large), beside_it, "parquet")
                 written.append(rejected)

@@ -24,6 +24,8 @@ from ..io.measurements import Measurements
 from ..io.writing import plain_times
 from .cleaning import measured_rows
 from .ground import least_heights
+from .live_lagged import OUTPUTS as LAGGED
+from .live_lagged import lagged_table, scans_of
 from .live_lines import Lines
 from .live_manoeuvres import columns
 from .live_order import Order, Waiting, tomorrow
@@ -33,6 +35,7 @@ from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD
 from .output import tracks_table
 from .placing import Placed, lay
 from .prepare import Pace, Settings, choose
+from .unknown_height import TargetHeight, height_of, on_the_ground
 
 STALE_SPEED = 5.0  # m/s: estimated speed above which a repeated position is an old one
 STEPS = 64  # times between two rows of a target that tell the usual one
@@ -57,6 +60,7 @@ class LiveTracks:
     apart: bool = False  # every target has a filter of its own, which can predict and be saved
 
     def __post_init__(self) -> None:
+        scans_of(self.settings.lag)
         self.lines = Lines(self.reading, notes=self.notes)
         self.pace = Pace.of(0.0, self.settings)
         self.active: dict[str, Followed] = {}  # those that have a slot
@@ -66,6 +70,7 @@ class LiveTracks:
         self._times: deque[float] = deque(maxlen=LATEST)
         self._pending: list[Entry] = []
         self._answered: list[Answered] = []
+        self._target_height: TargetHeight | None = None
         self._leaving: list[tuple[Pool, int]] = []
 
     def take(self, lines: list[bytes]) -> tuple[str, str]:
@@ -159,6 +164,8 @@ class LiveTracks:
         assert target is not None
         here = (row["latitude"], row["longitude"]) if position == "geographic" and measured else None
         z = _measurement(row, position, third, target.axes)
+        if position == "polar" and target.axes == 2 and not (height := self._height()).is_ground:
+            z[0] = float(height.ground_range(np.array([z[0]]))[0][0])
         if measured and self.settings.drop_stale and self._stale(row, position, target):
             measured, here, z = False, None, [math.nan] * len(z)
         if target.rows == 0:
@@ -283,6 +290,17 @@ class LiveTracks:
         self._flush()
         return lost
 
+    def _height(self) -> TargetHeight:
+        """Of targets without heights; what is taken for granted is noted once."""
+        if self._target_height is None:
+            columns = self.lines.columns
+            name = columns.roles["range"].name if columns is not None and "range" in columns.roles else ""
+            given = self.settings.target_height
+            self._target_height, words = height_of(given, self.settings.kind, name, False)
+            if words:
+                self._say(words)
+        return self._target_height
+
     def _axes(self) -> int | None:
         return getattr(self.settings.filter, "axes", None)
 
@@ -295,7 +313,7 @@ class LiveTracks:
             usual = _usual(given, self.settings.kind)
             filter = choose(components, usual, pace, self.settings)[1]
             what = Manoeuvres.of(filter, self.settings.kind, self.settings.manoeuvre_g)
-            self.pools[axes, pace] = Pool(filter, what, self.apart)
+            self.pools[axes, pace] = Pool(filter, what, self.apart, scans_of(self.settings.lag))
             note = "measurement noise cannot be estimated from a stream: the usual value is taken; --sensor-sd sets it"
             if not given and self.settings.filter is None:
                 self._say(note)
@@ -323,7 +341,21 @@ class LiveTracks:
         z = np.array([entry.z for entry in entries])
         placed = self._placed(_rows_of(rows, entries).with_columns(part), z, entries, axes, measurements, third)
         manoeuvres = columns([entry.told for entry in entries if entry.told is not None])
-        return tracks_table(placed, estimate, measurements.absolute, manoeuvres, self._lowest(placed))
+        table = tracks_table(placed, estimate, measurements.absolute, manoeuvres, self._lowest(placed))
+        late = [each.lagged for each in some if each.lagged is not None]
+        if not late:
+            return table
+        lagged = lagged_table(
+            _joined(late, LAGGED),
+            [entry.behind for entry in entries],
+            [entry.target.delayed for entry in entries],
+            axes=axes,
+            site=self.settings.site,
+            absolute=measurements.absolute,
+            manoeuvres=some[0].entries[0].pool.manoeuvres,
+            ground=self.ground,
+        )
+        return table if lagged is None else pl.concat([table, lagged], how="horizontal")
 
     def _lowest(self, placed: Placed) -> np.ndarray:
         """The ground of each row (N,), as the stream has shown it up to there."""
@@ -349,6 +381,8 @@ class LiveTracks:
         new = np.arange(len(entries)) == 0
         if measurements.position != "geographic":
             placed = lay(rows, measurements.position, self.settings.site, axes, third if axes == 3 else None)
+            if measurements.position == "polar" and axes == 2 and not (height := self._height()).is_ground:
+                placed = on_the_ground(placed, height)
             return replace(placed, z=z)
         anchors = np.array([entry.anchor for entry in entries])
         frame = DevelopedFrame(z[:, 0], z[:, 1], *anchors.T)
@@ -393,9 +427,9 @@ def _measurement(row: dict[str, Any], position: str, third: str | None, axes: in
     return [row[first], row[second], *vertical]
 
 
-def _joined(estimates: list[Estimate]) -> Estimate:
+def _joined(estimates: list[Estimate], outputs: tuple[str, ...] = OUTPUTS) -> Estimate:
     """The estimates of filters that differ in their numbers at most."""
     if len(estimates) == 1:
         return estimates[0]
-    stacked = {name: np.concatenate([each.results[name] for each in estimates]) for name in OUTPUTS}
+    stacked = {name: np.concatenate([each.results[name] for each in estimates]) for name in outputs}
     return replace(estimates[0], results=stacked)

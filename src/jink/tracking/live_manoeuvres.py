@@ -53,15 +53,22 @@ class Row(Protocol):
         """With its `past`."""
         ...
 
-    time: float
-    silent: bool
+    @property
+    def time(self) -> float:
+        """s"""
+        ...
+
+    @property
+    def silent(self) -> bool:
+        """Is nothing said of it?"""
+        ...
 
 
 def told_live(rows: Sequence[Row], estimate: Estimate, what: Manoeuvres) -> list[ToldLive]:
     """Of each row; the rows of one target stand in the order of time."""
     time = np.array([row.time for row in rows])
     moving = Moving.of(estimate, time, np.array([row.silent for row in rows]))
-    components = [list(map(tuple, each.tolist())) for each in moving.velocity]
+    components = [list(zip(*each.tolist(), strict=True)) for each in moving.velocity]
     variances = [each.tolist() for each in moving.variance]
     first = []
     for k, row in enumerate(rows):
@@ -93,7 +100,7 @@ def _segment(row: Row, probability: float, what: Manoeuvres) -> int:
 
 def _moving(first: Sequence[Velocity], like: Moving) -> Moving:
     """Rows of the past; of their accelerations nothing is asked."""
-    velocity = tuple(np.array([row.components[k] for row in first]) for k in range(len(like.velocity)))
+    velocity = tuple(np.array([row.components[k] for row in first]).T for k in range(len(like.velocity)))
     variance = tuple(np.array([row.variance[k] for row in first]) for k in range(len(like.variance)))
     time = np.array([row.time for row in first])
     return Moving(time, like.new, like.mode, velocity, variance, like.acceleration, like.spread)

@@ -11,6 +11,7 @@ import polars as pl
 
 from ..estimate import Estimate
 from ..io.geodesy import legs
+from .live_lagged import Behind, Delayed, Laggards
 from .live_manoeuvres import Past, ToldLive, told_live
 from .live_order import Order
 from .live_watch import Watch
@@ -23,8 +24,9 @@ Anchor = tuple[float, float, float, float, float]  # x, y, latitude, longitude, 
 class Pool:
     """Live filters of all targets that one filter follows; each has a slot."""
 
-    def __init__(self, filter: Any, manoeuvres: Manoeuvres, apart: bool = False) -> None:
+    def __init__(self, filter: Any, manoeuvres: Manoeuvres, apart: bool = False, lag: int = 0) -> None:
         self.filter, self.manoeuvres = filter, manoeuvres
+        self.laggards = Laggards(filter, lag) if lag else None
         try:
             self.slots = None if apart else filter.slots()
         except (AttributeError, TypeError):  # along each axis by itself, or models of the user's own
@@ -43,6 +45,8 @@ class Pool:
 
     def release(self, slot: int) -> None:
         """The slot's target has gone."""
+        if self.laggards is not None:
+            self.laggards.release(slot)
         if self.slots is not None:
             self.slots.release(slot)
         else:
@@ -82,6 +86,7 @@ class Followed:
     anchor: Anchor | None = None
     speed: float = 0.0
     past: Past = field(default_factory=Past)
+    delayed: Delayed = field(default_factory=Delayed)
     order: Order = field(default_factory=Order)
     watch: Watch = field(default_factory=Watch)
     parts: int = 1
@@ -109,14 +114,16 @@ class Entry:
     silent: bool = False
     anchor: Anchor | None = None
     told: ToldLive | None = None
+    behind: Behind | None = None
 
 
 @dataclass(frozen=True)
 class Answered:
-    """Entries and their estimates, row by row."""
+    """Entries and their estimates, row by row; lagged: those of the scans that their `behind` are."""
 
     entries: list[Entry]
     estimate: Estimate
+    lagged: Estimate | None = None
 
 
 def answer_entries(entries: list[Entry]) -> list[Answered]:
@@ -128,14 +135,20 @@ def answer_entries(entries: list[Entry]) -> list[Answered]:
     out = []
     for mine in pools.values():
         pool = mine[0].pool
-        estimate = pool.update([e.slot for e in mine], [e.time for e in mine], [e.z for e in mine])
+        given = [e.slot for e in mine], [e.time for e in mine], [e.z for e in mine]
+        estimate = pool.update(*given)
+        lagged = None if pool.laggards is None else replace(estimate, results=pool.laggards.update(*given))
         _remember(mine, estimate, pool)
         said = [k for k, entry in enumerate(mine) if not entry.silent]
         if len(said) < len(mine):
-            estimate = replace(estimate, results={name: value[said] for name, value in estimate.results.items()})
+            estimate, lagged = _some(estimate, said), None if lagged is None else _some(lagged, said)
         if said:
-            out.append(Answered([mine[k] for k in said], estimate))
+            out.append(Answered([mine[k] for k in said], estimate, lagged))
     return out
+
+
+def _some(estimate: Estimate, rows: list[int]) -> Estimate:
+    return replace(estimate, results={name: value[rows] for name, value in estimate.results.items()})
 
 
 def _lay(entries: list[Entry]) -> None:
@@ -165,10 +178,13 @@ def _remember(entries: list[Entry], estimate: Estimate, pool: Pool) -> None:
     """What the next row of each target needs of this one."""
     x = estimate.x
     speeds = np.hypot(x[:, pool.velocity[0]], x[:, pool.velocity[1]]).tolist()
-    told = told_live(entries, estimate, pool.manoeuvres)
+    told, status = told_live(entries, estimate, pool.manoeuvres), estimate.status.tolist()
     for k, entry in enumerate(entries):
         target = entry.target
         target.waiting -= 1
         entry.told = told[k]
         if not entry.silent:
             target.speed = speeds[k]
+            if pool.laggards is not None:
+                now = Behind(entry.time, target.began + entry.time, entry.row, entry.anchor, status[k])
+                entry.behind = target.delayed.after(now, pool.laggards.scans)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import pickle
 from collections import deque
 from collections.abc import Iterable, Mapping
@@ -16,6 +17,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.names import FilterName, KindName
+from ..checks import items
 from ..filters.axis_by_axis import AxisByAxis
 from ..filters.bank import Bank
 from ..io.conventions import Conventions
@@ -24,7 +26,8 @@ from ..io.loading import Reading
 from ..io.projections import with_grid
 from ..io.writing import plain_times
 from ..models.provenance import VERSION
-from ..times import seconds
+from ..times import Time, moment
+from .lag import Lag
 from .live import LiveTracks
 from .live_targets import Followed
 from .manoeuvring import told
@@ -33,9 +36,9 @@ from .output import tracks_table
 from .placing import Placed
 from .prepare import Settings, sites_of
 
+LATEST = 9e12  # seconds; microseconds are whole numbers of 64 bits
 Value = float | int | str | bool | None
 Row = dict[str, Value]
-Time = float | str | datetime | np.datetime64
 
 MAGIC = b"jink live tracker 1\n"
 REJECTED = 1000  # rejected rows that are kept
@@ -48,7 +51,8 @@ class LiveTracker:
     per component; site: latitude, longitude and altitude of a radar; gap (s): without a position for longer a target is
     forgotten, and begins a new part when it comes back (0: never). columns, altitude_unit, time_unit, axes,
     azimuth_from, crs and manoeuvre_g as for :func:`jink.track`. The measurement noise is the usual one of the kind
-    unless sensor_sd says otherwise. Errors: InputError (a ValueError).
+    unless sensor_sd says otherwise. lag: rows have columns ``lagged_…`` too, where the target was so many of its rows
+    ago by all that came since; of a loaded state they know the rows since alone. Errors: InputError (a ValueError).
     """
 
     def __init__(
@@ -66,6 +70,7 @@ class LiveTracker:
         azimuth_from: Literal["north", "east", "grid"] | None = None,
         crs: str | None = None,
         manoeuvre_g: float | None = None,
+        lag: int | None = None,
     ) -> None:
         alone, sites = sites_of({} if site is None else {"": site})
         settings = Settings(
@@ -76,6 +81,7 @@ class LiveTracker:
             sites=sites,
             gap=gap,
             manoeuvre_g=manoeuvre_g,
+            lag=Lag.of(lag),
         )
         conventions = with_grid(Conventions(None, None, None, axes, azimuth_from, crs), alone, bool(sites))
         reading = Reading(columns, altitude_unit, time_unit, True, conventions, None)
@@ -112,9 +118,9 @@ class LiveTracker:
         rows = self.update_many([{"target": target, "time": time, **measured}])
         return rows[-1] if rows else None
 
-    def update_many(self, rows: Iterable[Mapping[str, Any]]) -> list[Row]:
+    def update_many(self, rows: Iterable[Mapping[str, Value | datetime | np.datetime64]]) -> list[Row]:
         """Rows that have come together, each a mapping with target, time and position; the estimates, in order."""
-        lines = [json.dumps({name: _plain(value) for name, value in row.items()}).encode() for row in rows]
+        lines = [_line(row) for row in items("rows", rows, "mappings with target, time and position")]
         estimates, rejected = self._tracks.take(lines)
         self._rejected.extend(json.loads(line) for line in rejected.splitlines())
         return [json.loads(line) for line in estimates.splitlines()]
@@ -125,6 +131,8 @@ class LiveTracker:
         A target whose last row is later than this time is left out.
         """
         at = _seconds(time)
+        if abs(at) > LATEST:
+            raise ValueError(f"time: expected seconds that a date can have, got {at:g}")
         out: list[Row] = []
         for name, target in self._tracks.active.items():
             if target.slot is not None and target.last <= at:
@@ -144,6 +152,8 @@ class LiveTracker:
         """Go on from what :meth:`save` gave, of the same version of jink. Load only what you saved yourself: the bytes
         are a pickle, which can run code. Errors: ValueError for other bytes.
         """
+        if not isinstance(state, bytes | str | os.PathLike) or (isinstance(state, str) and "\0" in state):
+            raise TypeError(f"state: expected bytes or the name of a file, got {state!r:.60}")
         data = state if isinstance(state, bytes) else Path(state).read_bytes()
         if not data.startswith(MAGIC):
             raise ValueError("state: is no state of a LiveTracker; expected what its save() gave")
@@ -177,6 +187,16 @@ class LiveTracker:
         return table.drop("file", "row", "segment", *measured)
 
 
+def _line(row: Any) -> bytes:
+    if not isinstance(row, Mapping):
+        raise TypeError(f"rows: expected mappings with target, time and position, got {type(row).__name__}")
+    named = {str(name): _plain(value) for name, value in row.items()}
+    for name, value in named.items():
+        if not isinstance(value, str | int | float | None):
+            raise TypeError(f"{name}: expected a number, a text or a date, got {type(value).__name__}")
+    return json.dumps(named).encode()
+
+
 def _plain(value: Any) -> Value:
     """What JSON can hold."""
     if isinstance(value, datetime):
@@ -191,8 +211,8 @@ def _plain(value: Any) -> Value:
 def _seconds(time: Time) -> float:
     """Seconds of a number or a date. Errors: ValueError for other text."""
     if not isinstance(time, str):
-        return float(seconds(time))
+        return moment(time)
     try:
-        return float(seconds(datetime.fromisoformat(time)))
+        return moment(datetime.fromisoformat(time))
     except ValueError:
         raise ValueError(f"time: expected seconds or a date such as 2026-05-01T12:00:00Z, got {time!r}") from None

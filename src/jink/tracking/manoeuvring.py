@@ -56,7 +56,7 @@ class Manoeuvres:
 @dataclass(frozen=True)
 class Moving:
     """What tells manoeuvres, row by row: time (N,) s; new (N,) where nothing before counts; mode (N,) probability of
-    the modes that manoeuvre; by direction (horizontal, vertical): velocity (N, k) with variance (N,) of one component,
+    the modes that manoeuvre; by direction (horizontal, vertical): velocity (k, N) with variance (N,) of one component,
     acceleration and its variance likewise, None where the state has none.
     """
 
@@ -73,17 +73,17 @@ class Moving:
         """From an estimate with x, P, mode_probability and status; a restart is a new beginning."""
         status = np.asarray(estimate.status)
         begins = new | (status == Status.restarted) | (status == Status.initialised)
-        x, diagonal = estimate.x, np.einsum("nii->ni", estimate.P)
+        x, diagonal = estimate.x.T, np.einsum("nii->in", estimate.P)
         names = {name: k for k, name in enumerate(estimate.components)}
         directions = [("x", "y"), ("z",)] if "vz" in names else [("x", "y")]
 
         def each(letter: str, values: np.ndarray) -> list[np.ndarray | None]:
             some = [[names[letter + a] for a in axes if letter + a in names] for axes in directions]
-            return [values[:, k] if k else None for k in some]
+            return [values[k] if k else None for k in some]
 
         velocity = [v for v in each("v", x) if v is not None]
-        variance = [v.mean(axis=1) for v in each("v", diagonal) if v is not None]
-        spread = [None if v is None else v.mean(axis=1) for v in each("a", diagonal)]
+        variance = [v.mean(axis=0) for v in each("v", diagonal) if v is not None]
+        spread = [None if v is None else v.mean(axis=0) for v in each("a", diagonal)]
         parts = (tuple(velocity), tuple(variance), tuple(each("a", x)), tuple(spread))
         return cls(np.asarray(time), begins, np.asarray(estimate.manoeuvring), *parts)
 
@@ -91,7 +91,7 @@ class Moving:
         """Some of the rows."""
 
         def cut(parts: tuple[Any, ...]) -> tuple[Any, ...]:
-            return tuple(None if part is None else part[rows] for part in parts)
+            return tuple(None if part is None else part[..., rows] for part in parts)
 
         moved, known = (cut(self.velocity), cut(self.variance)), (cut(self.acceleration), cut(self.spread))
         return Moving(self.time[rows], self.new[rows], self.mode[rows], *moved, *known)
@@ -101,7 +101,7 @@ class Moving:
         """Rows that follow each other."""
 
         def end_to_end(each: list[tuple[Any, ...]]) -> tuple[Any, ...]:
-            return tuple(None if some[0] is None else np.concatenate(some) for some in zip(*each, strict=True))
+            return tuple(None if some[0] is None else np.concatenate(some, axis=-1) for some in zip(*each, strict=True))
 
         return cls(
             np.concatenate([p.time for p in parts]),
@@ -133,17 +133,17 @@ def _of_direction(
     """T⁻¹ (v(last) - v(first)) against the threshold, in straight modes and in the others."""
     T, mode = np.where(elapsed < SHORT, what.window, elapsed), moving.mode
     velocity, before, after = moving.velocity[k], moving.variance[k][first], moving.variance[k][last]
-    change = (velocity[last] - velocity[first]) / T[:, None]
+    change = (velocity[:, last] - velocity[:, first]) / T
     unsure = np.where(elapsed < SHORT, UNSURE, np.minimum((before + after) / T**2, UNSURE))
     noise = what.straight[k] * T
     # the square of a change that errors of the velocity made is their variance: it is taken off
-    square = (change**2).sum(axis=1)
-    straight = np.sqrt(np.maximum(square - unsure * velocity.shape[1], 0.0))
+    square = (change**2).sum(axis=0)
+    straight = np.sqrt(np.maximum(square - unsure * velocity.shape[0], 0.0))
     mean, variance = change, unsure
     acceleration, spread = moving.acceleration[k], moving.spread[k]
     if acceleration is not None and spread is not None:
         mean, variance = _in_manoeuvres(acceleration, spread, mode, change, unsure)
-    size, dimensions, r = np.linalg.norm(mean, axis=1), velocity.shape[1], what.threshold[k]
+    size, dimensions, r = np.sqrt((mean**2).sum(axis=0)), velocity.shape[0], what.threshold[k]
     quiet = exceeds(straight, noise / T**2, r, dimensions)
     return (1.0 - mode) * quiet + mode * exceeds(size, variance, r, dimensions)
 
@@ -155,11 +155,11 @@ def _in_manoeuvres(
     theirs are those of the mixture without it; the change of the velocity is weighed by its variance.
     """
     share = np.maximum(mode, 1e-6)
-    own = acceleration / share[:, None]
-    square = (acceleration**2).mean(axis=1)
-    variance = np.clip((spread + square) / share - (own**2).mean(axis=1), 1e-9, UNSURE)
+    own = acceleration / share
+    square = (acceleration**2).mean(axis=0)
+    variance = np.clip((spread + square) / share - (own**2).mean(axis=0), 1e-9, UNSURE)
     weight = variance / (variance + unsure)
-    return own + weight[:, None] * (change - own), np.minimum(variance, unsure)
+    return own + weight * (change - own), np.minimum(variance, unsure)
 
 
 def _window(moving: Moving, what: Manoeuvres) -> tuple[np.ndarray, np.ndarray]:
@@ -208,7 +208,7 @@ def exceeds(mean: np.ndarray, variance: np.ndarray, threshold: float, dimensions
 def _beyond(z: np.ndarray) -> np.ndarray:
     """P(n > z) of a standard normal n, by a logistic function: to 2e-4."""
     z = np.clip(z, -8.0, 8.0)
-    return 1.0 / (1.0 + np.exp(1.5976 * z + 0.07056 * z**3))
+    return 1.0 / (1.0 + np.exp(z * (1.5976 + 0.07056 * z * z)))
 
 
 @dataclass

@@ -79,7 +79,7 @@ def parse_sensor_sd(given: float | str | Mapping[str, float] | None) -> dict[str
             )
         try:
             value = float(text) * (GIVEN[name][unit] if unit else 1.0)
-        except ValueError:
+        except (ValueError, TypeError, OverflowError):
             value = math.nan
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(f"sensor-sd: {key} is {text!r}; expected a positive number")
@@ -156,7 +156,8 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str, known_level: N
         covariance[:, 2, 2] = sd["altitude_sd"] ** 2
     if "cov_ee" in placed.rows.columns:
         sd["position_sd"] = _as_placed(placed, covariance, sd["position_sd"])
-    radar = seen_by_radar.covariances(placed, measured, starts, group, of_source.size, given)
+    plain = covariance[:, :2, :2]
+    radar = seen_by_radar.covariances(placed, measured, starts, group, of_source.size, given, plain)
     if radar is not None:
         covariance[measured, :2, :2] = radar[0][measured]
         for number, line in enumerate(lines):

@@ -21,6 +21,7 @@ from ..io.stages import stage
 from .ground import lifted
 from .manoeuvring import Told
 from .placing import Placed
+from .unknown_height import VARIANCE, along_the_line
 
 SLOW = 1e-6  # m/s: below this speed a course means nothing
 NIS_BAND = {
@@ -71,7 +72,7 @@ def tracks_table(
     manoeuvres: what is said of them (:mod:`.manoeuvring`). ground (m): no height is below it; NaN: it is not known.
     """
     x, P = lifted(placed, ground, estimate.x, estimate.P, estimate.components)
-    state = State(x, _with_lasting(placed, P, estimate.components), estimate.components)
+    state = State(x, _with_lasting(placed, x, P, estimate.components), estimate.components)
     columns, sds = _kinematics(state)
     _unknown_velocity(state, np.asarray(estimate.status), columns, sds)
     place, convergence = _position(placed, state)
@@ -109,13 +110,18 @@ def tracks_table(
     return table.select(_ordered(table.columns)).with_columns(**unmarked(placed.rows, table.columns))
 
 
-def _with_lasting(placed: Placed, P: np.ndarray, components: Sequence[str]) -> np.ndarray:
-    """Covariances (N, n, n) with what positions keep of errors that last."""
-    if "lasting" not in placed.rows.columns:
+def _with_lasting(placed: Placed, x: np.ndarray, P: np.ndarray, components: Sequence[str]) -> np.ndarray:
+    """Covariances (N, n, n) with what positions keep of errors that last, those of unknown heights among them."""
+    kept = [name for name in ("lasting", VARIANCE) if name in placed.rows.columns]
+    if not kept:
         return P
-    P, variance = P.copy(), placed.rows["lasting"].to_numpy()
-    for place in (components.index("px"), components.index("py")):
-        P[:, place, place] += variance
+    P, (px, py) = P.copy(), (components.index("px"), components.index("py"))
+    if "lasting" in kept:
+        variance = placed.rows["lasting"].to_numpy()
+        P[:, px, px] += variance
+        P[:, py, py] += variance
+    if VARIANCE in kept:
+        along_the_line(placed.rows, P, x[:, px], x[:, py], px, py)
     return P
 
 

@@ -28,9 +28,18 @@ from .held_out import Used
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
+from .seen_by_radar import with_lines_of_sight
 from .several_sites import to_the_map
+from .unknown_height import TargetHeight, height_of, on_the_ground
 
 EVIDENCE = 1_000_000  # rows that tell what holds for all targets of a larger table
+
+
+LARGEST = 1e300  # times and counts are compared with floats
+
+
+def _real(value: object) -> bool:
+    return isinstance(value, float) or (isinstance(value, int) and value < LARGEST)
 
 
 @dataclass(frozen=True)
@@ -53,22 +62,23 @@ class Settings:
     velocity: bool = True
     every: float | None = None
     manoeuvre_g: float | None = None
+    target_height: TargetHeight | None = None
     sites: dict[str, SiteFrame] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         kind_of(self.kind)
         if self.smooth and self.lag is not None:
             raise InputError(f"lag is {self.lag}; expected none beside smooth, which uses the whole track")
-        if self.gap is not None and not self.gap >= 0:
+        if self.gap is not None and not (_real(self.gap) and self.gap >= 0):
             raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
-        if self.threads is not None and self.threads < 1:
-            raise InputError(f"threads is {self.threads}; expected 1 or more")
-        if self.manoeuvre_g is not None and not 0 < self.manoeuvre_g < math.inf:
+        for name in ("threads", "min_points"):
+            given = getattr(self, name)
+            if (given is not None or name == "min_points") and not (isinstance(given, int) and 1 <= given < LARGEST):
+                raise InputError(f"{name} is {given!r}; expected 1 or more")
+        if self.manoeuvre_g is not None and not (_real(self.manoeuvre_g) and 0 < self.manoeuvre_g < math.inf):
             raise InputError(
                 f"manoeuvre_g is {self.manoeuvre_g!r}; expected an acceleration in g above 0, such as 0.05"
             )
-        if self.min_points < 1:
-            raise InputError(f"min_points is {self.min_points}; expected 1 or more")
 
     @property
     def smoothing(self) -> dict[str, Any] | None:
@@ -171,7 +181,23 @@ def prepare(measurements: Measurements, settings: Settings, known: Known | None 
     site = None if measurements.position == "geographic" else settings.site
     named = "source" in measurements.named
     placed = place(cleaned.rows, measurements.position, site, axes_of(settings.filter), named)
+    placed = _without_heights(placed, measurements, settings)
+    if settings.site is not None:
+        placed = [with_lines_of_sight(each, settings.site) for each in placed]
     return Prepared(cleaned, pace, [_group(each, pace, settings, known) for each in placed])
+
+
+def _without_heights(placed: list[Placed], measurements: Measurements, settings: Settings) -> list[Placed]:
+    """Ranges of a radar whose targets have no height, along the ground; what that takes for granted is noted."""
+    some = [k for k, each in enumerate(placed) if each.components == ("range", "azimuth")]
+    if not some:
+        return placed
+    name, others = measurements.named.get("range", ""), len(some) < len(placed)
+    height, words = height_of(settings.target_height, settings.kind, name, others)
+    measurements.notes += [words] if words and words not in measurements.notes else []
+    if height.is_ground:
+        return placed
+    return [on_the_ground(each, height) if k in some else each for k, each in enumerate(placed)]
 
 
 def evidence(rows: pl.DataFrame) -> pl.DataFrame | None:
@@ -247,6 +273,9 @@ def choose(components: Sequence[str], sd: Mapping[str, float], pace: Pace, setti
 
 def sites_of(given: Mapping[str, Sequence[float]]) -> tuple[SiteFrame | None, dict[str, SiteFrame]]:
     """The one site without a name, and sites by the names of their sources."""
+    for at in given.values():
+        if isinstance(at, str) or not isinstance(at, Sequence | np.ndarray) or len(at) not in (2, 3):
+            raise InputError(f"site: expected a latitude and a longitude, got {at!r}")
     frames = {name: SiteFrame(*place) for name, place in given.items()}
     return frames.pop("", None), frames
 

@@ -1,5 +1,7 @@
-"""Positions x, y of a radar at the origin, whose table has range and azimuth too: their noise is that of these.
+"""Positions that a radar has seen: their noise is that of its range and azimuth.
 
+So are x and y of a radar at the origin, whose table has range and azimuth too. Where a site is named, x and y or places
+on the map may be seen from there: the data decide, by which noise leaves less room.
 The error of a range lies along the line of sight, that of an azimuth across it and grows with the range:
 R = u uᵀ sd_r² + v vᵀ (r sd_a)²,  u along, v across.
 """
@@ -7,27 +9,62 @@ R = u uᵀ sd_r² + v vᵀ (r sd_a)²,  u along, v across.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
+import polars as pl
 
+from ..io.geodesy import DevelopedFrame, SiteFrame, lines_of_sight
 from .placing import Placed
 from .scatter import component_sd
 
 MARK = "seen_by_radar"  # column of the rows
+# columns of rows that may be seen from a site: range (m), azimuth there, and direction of the line of sight here
+SIGHT = ("sight_range", "sight_azimuth", "sight_direction")
+LESS = 0.02  # of log sd that a radar's noise must be smaller by on the mean of both components, to be believed
+
+
+def with_lines_of_sight(placed: Placed, site: SiteFrame) -> Placed:
+    """The rows with their lines of sight from a site; those of another kind of position as they are."""
+    if placed.components[:2] != ("x", "y"):
+        return placed
+    frame = placed.frame
+    if isinstance(frame, DevelopedFrame):
+        rows = placed.rows
+        reach, azimuth, there = lines_of_sight(site, rows["latitude"].to_numpy(), rows["longitude"].to_numpy())
+        direction = there - frame.anchor_convergence
+    else:
+        reach, azimuth = np.hypot(*placed.plane.T), np.arctan2(*placed.plane.T)
+        direction = azimuth
+    sight = dict(zip(SIGHT, (reach, azimuth, direction), strict=True))
+    return replace(placed, rows=placed.rows.with_columns(**{name: pl.Series(each) for name, each in sight.items()}))
 
 
 def covariances(
-    placed: Placed, measured: np.ndarray, starts: np.ndarray, group: np.ndarray, groups: int, given: Mapping[str, float]
+    placed: Placed,
+    measured: np.ndarray,
+    starts: np.ndarray,
+    group: np.ndarray,
+    groups: int,
+    given: Mapping[str, float],
+    other: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Covariances (N, 2, 2) in m², and sds of range (m) and azimuth (rad) of each group; None where the rows are no
     radar's, or the data tell too little.
 
-    measured (N,): rows with a position; starts: first rows of parts among them; group (N,) numbers the sources.
+    measured (N,): rows with a position; starts: first rows of parts among them; group (N,) numbers the sources; other
+    (N, 2, 2): the noise without a radar.
     """
-    if MARK not in placed.rows.columns or "position" in given or placed.components[:2] != ("x", "y"):
+    columns = placed.rows.columns
+    stated = "cov_ee" in columns or ("position_sd" in columns and bool(placed.rows["position_sd"].is_finite().any()))
+    certain, perhaps = MARK in columns, SIGHT[0] in columns and not stated
+    if not (certain or perhaps) or "position" in given or placed.components[:2] != ("x", "y"):
         return None
-    x, y = placed.plane.T
-    reach, azimuth = np.hypot(x, y), np.arctan2(x, y)
+    if certain:
+        reach, azimuth = np.hypot(*placed.plane.T), np.arctan2(*placed.plane.T)
+        direction = azimuth
+    else:
+        reach, azimuth, direction = (placed.rows[name].to_numpy() for name in SIGHT)
     time = placed.time[measured]
     # angles of neighbouring rows go on across the turn
     along = component_sd(time, reach[measured], starts, group[measured], groups)
@@ -36,8 +73,19 @@ def covariances(
     across = np.full(groups, given["azimuth"]) if "azimuth" in given else across
     if not (np.isfinite(along) & np.isfinite(across) & (along > 0) & (across > 0)).all():
         return None
-    sight = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
-    normal = np.stack([np.cos(azimuth), -np.sin(azimuth)], axis=1)
+    sight = np.stack([np.sin(direction), np.cos(direction)], axis=1)
+    normal = np.stack([np.cos(direction), -np.sin(direction)], axis=1)
     length, width = along[group] ** 2, (reach * across[group]) ** 2
     R = sight[:, :, None] * sight[:, None, :] * length[:, None, None]
-    return R + normal[:, :, None] * normal[:, None, :] * width[:, None, None], along, across
+    R += normal[:, :, None] * normal[:, None, :] * width[:, None, None]
+    if not certain and not _smaller(R[measured], other[measured]):
+        return None
+    return R, along, across
+
+
+def _smaller(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether covariances (N, 2, 2) leave clearly less room than others. Both are told from the same scatter, so that
+    the smaller ones are the likelier.
+    """
+    room = [0.25 * np.log(np.maximum(np.linalg.det(each), 1e-12)).mean() for each in (one, other)]
+    return bool(room[0] < room[1] - LESS)

@@ -1,0 +1,114 @@
+"""Slant ranges of targets whose heights nobody reports: a height per target, unknown, with a prior of its kind.
+
+A radar sees a target at height h and ground range g at r = sqrt(g² + h²). Plots tell h hardly at all, so g is taken as
+its mean over the prior of h, and what is not known of it is an error along the line of sight that lasts.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from ..catalogue.targets import kind_of
+from ..io.errors import InputError
+from ..models.observed import to_positions
+from .placing import Placed
+
+GROUND = "ground"
+VARIANCE = "ground_range_variance"  # column (m²) of rows whose height is not known
+STEEPEST = 0.95  # of the range, at most the height
+EXPECTED = "expected METRES,SD above the radar, such as 4000,3500, or ground"
+
+
+@dataclass(frozen=True)
+class TargetHeight:
+    """Mean and standard deviation of targets' heights above the radar (m); both 0: ranges are along the ground."""
+
+    mean: float
+    sd: float
+
+    @classmethod
+    def of(cls, given: str | None) -> TargetHeight | None:
+        """From ``"4000,3500"`` or ``"ground"``. Errors: InputError."""
+        if given is None:
+            return None
+        if given.strip() == GROUND:
+            return cls(0.0, 0.0)
+        try:
+            mean, sd = (float(part) for part in given.split(","))
+        except ValueError:
+            raise InputError(f"target height is {given!r}; {EXPECTED}") from None
+        if not (np.isfinite([mean, sd]).all() and mean >= 0 and sd >= 0):
+            raise InputError(f"target height is {given!r}; {EXPECTED}")
+        return cls(mean, sd)
+
+    @property
+    def is_ground(self) -> bool:
+        """Are there no heights?"""
+        return self.mean == 0.0 and self.sd == 0.0
+
+    def ground_range(self, slant: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and variance (N,) of the range along the ground of slant ranges (N,), over the prior."""
+        nodes, weights = np.polynomial.hermite_e.hermegauss(15)
+        height = np.clip(self.mean + self.sd * nodes, 0.0, None)
+        ground = np.sqrt(slant[:, None] ** 2 - np.minimum(height, STEEPEST * slant[:, None]) ** 2)
+        weights = weights / weights.sum()
+        mean = ground @ weights
+        return mean, np.maximum(ground**2 @ weights - mean**2, 0.0)
+
+
+def is_slant(name: str) -> bool:
+    """Whether the name of a column says that its ranges are slant ranges."""
+    return bool(re.search(r"slant|(^|_)rho(_|$)", name.lower()))
+
+
+def height_of(given: TargetHeight | None, kind: str, name: str, others_have: bool) -> tuple[TargetHeight, str]:
+    """The heights of targets that have none in a table, and what is to be said of them.
+
+    name: of the column of ranges; others_have: other targets of the table have heights.
+    """
+    usual = TargetHeight(*kind_of(kind).height)
+    mend = "--columns altitude=NAME gives heights, --target-height METRES,SD what is known of them"
+    if given is None and usual.is_ground:
+        return usual, ""
+    if given is not None or is_slant(name) or others_have:
+        found = given or usual
+        if found.is_ground:
+            return found, ""
+        return found, (
+            f"slant ranges without heights: targets are taken to be {found.mean:.6g} ± {found.sd:.6g} m above the "
+            f"radar, and positions are as uncertain along the line of sight as that makes them; {mend}"
+        )
+    near, far = (float(r - usual.ground_range(np.array([r]))[0][0]) for r in (20e3, 100e3))
+    return TargetHeight(0.0, 0.0), (
+        f"ranges without heights are taken as ranges along the ground; if they are slant ranges of {kind}, positions "
+        f"lie about {near:.0f} m too far out at 20 km and {far:.0f} m at 100 km; {mend}, "
+        "--target-height ground keeps this"
+    )
+
+
+def on_the_ground(placed: Placed, height: TargetHeight) -> Placed:
+    """Ranges along the ground, and of each row the variance of what the unknown height leaves."""
+    mean, variance = height.ground_range(placed.z[:, 0])
+    z = placed.z.copy()
+    z[:, 0] = mean
+    plane = to_positions(z[:, :2], ("range", "azimuth"), (0.0, 0.0, 0.0), "north")
+    return replace(placed, z=z, plane=plane, rows=placed.rows.with_columns(pl.Series(VARIANCE, variance)))
+
+
+def along_the_line(rows: Any, P: np.ndarray, x: np.ndarray, y: np.ndarray, px: int, py: int) -> None:
+    """Add the variance of unknown heights to covariances P (N, n, n) of positions x, y seen from the origin, in place.
+
+    A row that measured nothing has the last variance of the rows before it.
+    """
+    variance = rows[VARIANCE].fill_nan(None).forward_fill().fill_null(0.0).to_numpy()
+    far = np.maximum(np.hypot(x, y), 1.0)
+    east, north = x / far, y / far
+    P[:, px, px] += variance * east * east
+    P[:, py, py] += variance * north * north
+    P[:, px, py] += variance * east * north
+    P[:, py, px] += variance * east * north
