@@ -272,10 +272,10 @@ class TrackRequest:
     azimuth_from: Annotated[
         AzimuthFrom | None,
         typer.Option(
-            metavar="north|east|grid",
+            metavar="WHERE",
             rich_help_panel=INPUT,
-            help="Azimuth counts clockwise from north, counter-clockwise from east (the x axis), or clockwise from the "
-            "north of UTM's grid, or of that of --crs. Default: north.",
+            help="Azimuth counts clockwise from north, clockwise from grid north (UTM's, or that of --crs: grid), or "
+            "counter-clockwise from east. Default: north.",
         ),
     ] = None
     crs: Annotated[
