@@ -103,6 +103,7 @@ def classes() -> dict[str, Call]:
         "Outliers": {},
         "Tracker": {"filter": KALMAN, "sensors": RADAR},
         "TwoPoint": {},
+        "Sectors": {"tracker": jink.Tracker(KALMAN, RADAR), "period": 4.0},
     }
     return {f"jink.{name}": (getattr(jink, name), given) for name, given in made.items()}
 
@@ -127,6 +128,10 @@ def functions(folder: Path) -> dict[str, Call]:
         "jink.compare.near_optimal": (
             compare.near_optimal,
             {"z": np.repeat(Z[None], 2, axis=0), "prior": compare.RandomTurns(), "sd": 10.0, "hypotheses": 8},
+        ),
+        "jink.compare.near_optimal_turned": (
+            compare.near_optimal_turned,
+            {"z": np.repeat(Z[None], 2, axis=0), "prior": compare.RandomAccelerations(), "sd": 10.0, "angles": 2},
         ),
         "jink.compare.RandomTurns": (compare.RandomTurns, {}),
         "jink.compare.RandomAccelerations": (compare.RandomAccelerations, {}),

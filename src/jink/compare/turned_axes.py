@@ -11,11 +11,13 @@ import math
 
 import numpy as np
 
+from ..checks import by_hints
 from .hypotheses import Array
 from .near_optimal import Reference, near_optimal
 from .priors import RandomAccelerations
 
 
+@by_hints
 def near_optimal_turned(
     z: Array, prior: RandomAccelerations, *, sd: float, T: float = 1.0, hypotheses: int = 32, angles: int = 16
 ) -> Reference:
