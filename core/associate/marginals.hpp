@@ -41,9 +41,9 @@ class BeliefPropagation {
         std::sort(columns.begin(), columns.end());
         columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
         int sweep = 0;
-        for (double change = 1.0; sweep < sweeps && change > tolerance; ++sweep) {
-            change = 0.0;
-            for (int k = 0; k < n; ++k) change = std::max(change, from_row(psi, rows[k]));
+        for (bool moving = true; sweep < sweeps && moving; ++sweep) {
+            moving = false;
+            for (int k = 0; k < n; ++k) moving = from_row(psi, rows[k]) || moving;
             // One row alone is exact at once.
             if (n == 1) break;
             for (int j : columns) from_plot(j);
@@ -57,19 +57,21 @@ class BeliefPropagation {
     std::vector<int> columns;
     const ByPlot *index = nullptr;
 
-    double from_row(const Edges &psi, int i) {
+    // True if a message of the row has changed by more than the tolerance.
+    bool from_row(const Edges &psi, int i) {
         const int from = psi.begin[i], to = psi.begin[i + 1];
-        double change = 0.0, sum = 1.0;
+        bool moving = false;
+        double sum = 1.0;
         before.resize(to - from);
         for (int e = from; e < to; ++e) before[e - from] = sum, sum += psi.value[e] * nu[e];
         sum = 0.0;
         for (int e = to - 1; e >= from; --e) {
             const double message = psi.value[e] / (before[e - from] + sum);
-            change = std::max(change, std::abs(message - mu[e]) / (message + 1e-3));
+            moving = moving || std::abs(message - mu[e]) > tolerance * (message + 1e-3);
             mu[e] = message;
             sum += psi.value[e] * nu[e];
         }
-        return change;
+        return moving;
     }
 
     void from_plot(int j) {
