@@ -150,6 +150,8 @@ template <class T> class Live {
                 for (int l = 0; l < width<T>; ++l)
                     if (lane(s.started, l) && !std::isfinite(lane(*from, l))) throw std::invalid_argument("state: has numbers that are not finite");
         };
+        for (int l = 0; l < width<T>; ++l)
+            if (lane(s.running, l) && !lane(s.started, l)) throw std::invalid_argument("state: runs before it has started");
         for (const auto *values : {&s.arena, &s.probability, &s.carry, &s.believed, &s.doubted}) check(values->begin(), values->end());
         // the innovations that an aid looks back on come last
         check(s.memory.end() - c->declared.aid.memory(c->declared.axes()), s.memory.end());

@@ -260,6 +260,15 @@ def test_a_forged_state_of_an_aid_or_a_detector_gives_no_nan(name, value):
     assert taken > 5
 
 
+def test_a_forged_state_that_runs_before_it_has_started_is_refused():
+    state = bytearray(live_after(KALMAN).save())
+    started = len(state) - 16
+    assert np.frombuffer(state[started:]).tolist() == [1.0, 1.0]
+    state[started : started + 8] = bytes(8)
+    with pytest.raises(ValueError, match="state: runs before it has started"):
+        KALMAN.start(state=border.signed(state))
+
+
 def test_a_list_that_gets_shorter_while_it_is_read_is_refused():
     z: list = [1.0, 2.0]
 
