@@ -4,9 +4,11 @@
 #     scripts/sanitize.sh [memory] [threads] [-- arguments of pytest]
 #
 # memory: AddressSanitizer and UndefinedBehaviorSanitizer, on the v3 level (4 lanes, AVX2) and on the baseline level (plain
-# x86-64 code); one live target runs the scalar code on both. threads: ThreadSanitizer, on batches and live targets.
-# It prints one line per run, with the tests and the reports; the reports' texts stay in build/sanitize. LEVELS="v3" runs one
-# level alone, JOBS=1 compiles one file at a time. The exit status is 1 where there is a report or a failed test.
+# x86-64 code); one live target runs the scalar code on both. All tests of the engine run on v3. The baseline level is of the
+# same sources, so it runs those alone that feed it hostile arguments, and the contract. threads: ThreadSanitizer, on batches
+# and live targets. It prints one line per run, with the tests and the reports; the reports' texts stay in build/sanitize.
+# LEVELS="v3" runs one level alone, JOBS=1 compiles one file at a time, MINUTES=60 bounds the tests of one run. The exit status
+# is 1 where there is a report, a failed test, or no end in time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD/build/sanitize
@@ -19,7 +21,8 @@ while [ $# -gt 0 ] && [ "$1" != -- ]; do what+=("$1"); shift; done
 [ $# -gt 0 ] && shift
 [ ${#what[@]} -gt 0 ] || what=(memory threads)
 
-memory_tests=(tests/contract tests/filters tests/models)
+memory_tests=(tests/contract tests/filters tests/models tests/test_fuzz_public.py)
+baseline_tests=(tests/contract tests/filters/test_untrusted.py tests/filters/test_bad_input.py tests/test_fuzz_public.py)
 thread_tests=(tests/contract/test_contract_batch.py tests/filters/test_untrusted.py)
 
 # build NAME SANITIZERS LEVEL: the package with such an engine in build/sanitize/NAME/package
@@ -42,7 +45,7 @@ run() {
   shift 3
   rm -f "$here"/report.*
   # GCC's C++ library comes first, so that the sanitizer sees exceptions
-  env LD_PRELOAD="$(g++ -print-file-name="$library") $(g++ -print-file-name=libstdc++.so.6)" PYTHONPATH="$here/package" \
+  timeout $((60 * ${MINUTES:-60})) env LD_PRELOAD="$(g++ -print-file-name="$library") $(g++ -print-file-name=libstdc++.so.6)" PYTHONPATH="$here/package" \
     PYTHONMALLOC=malloc PYTHONDONTWRITEBYTECODE=1 OPENBLAS_NUM_THREADS=1 JINK_ISA="$level" JINK_SANITIZED="$name" \
     ASAN_OPTIONS="detect_leaks=0:allocator_may_return_null=1:detect_stack_use_after_return=1:log_path=$here/report" \
     UBSAN_OPTIONS="print_stacktrace=1:log_path=$here/report" \
@@ -67,7 +70,9 @@ for one in "${what[@]}"; do
     memory)
       for level in $levels; do
         build "memory-$level" address,undefined,float-cast-overflow "$level"
-        run "memory-$level" "$level" libasan.so "${@:-${memory_tests[@]}}"
+        tests=("${memory_tests[@]}")
+        [ "$level" != baseline ] || tests=("${baseline_tests[@]}")
+        run "memory-$level" "$level" libasan.so "${@:-${tests[@]}}"
       done ;;
     threads)
       build threads-v3 thread v3

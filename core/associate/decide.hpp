@@ -14,12 +14,24 @@ namespace jink::inline JINK_LEVEL {
 
 enum class Association { marginal, jpda, pda, gnn, nearest };
 
+// How fast a track is, and how surely.
+struct Speed {
+    double x = 0.0, y = 0.0, xx = 1.0, xy = 0.0, yy = 1.0;
+
+    // Squared distance between two by both covariances.
+    double apart(const Speed &other) const {
+        const double dx = x - other.x, dy = y - other.y, a = xx + other.xx, b = xy + other.xy, d = yy + other.yy;
+        return (d * dx * dx - 2.0 * b * dx * dy + a * dy * dy) / (a * d - b * b);
+    }
+};
+
 // ratio: log(Pd l / lambda) of each edge, the gain in likelihood of "the plot is the track's, which exists" over "it is not".
 struct Weighing {
     Edges ratio;
     std::vector<double> distance2;   // of each edge
     std::vector<double> existence;   // of each row, predicted
     std::vector<double> detection;   // of each row
+    std::vector<Speed> speed;        // of each row; empty: all are alike
     std::vector<double> unseen;      // of each row: probability that a track that exists has no plot, 1 - Pd, or 1 if nobody looked
 };
 
@@ -32,6 +44,8 @@ class Decide {
     double established = 0.5;
     // Share that a track keeps of its marginal for a plot that another one owns.
     double left = 0.0;
+    // Only tracks whose velocities are nearer than this (squared distance) own plots against each other: others part by themselves.
+    double abreast = INFINITY;
 
     // With `weigh_all`, of `marginal`: the logarithm of the sum over all assignments of the product of their weights; else NaN.
     bool weigh_all = false;
@@ -175,7 +189,7 @@ class Decide {
             double sum = found.miss[i];
             for (int e = psi.begin[i]; e < psi.begin[i + 1]; ++e) {
                 const int owner = assignment.row_of[psi.plot[e]];
-                if (owner >= 0 && owner != k) found.hit[e] *= left;
+                if (owner >= 0 && owner != k && (w.speed.empty() || w.speed[i].apart(w.speed[row_of[owner]]) < abreast)) found.hit[e] *= left;
                 sum += found.hit[e];
             }
             if (!(sum > 0.0)) continue;

@@ -67,6 +67,22 @@ void Many::predict(double t, int sensor) {
     });
 }
 
+// Predicted velocity of a track and its covariance, as the mean over its modes.
+Speed Many::speed_of(int s) const {
+    const int l = s % lanes;
+    const TrackPack &pack = pool.packs[s / lanes];
+    Speed at{0.0, 0.0, 0.0, 0.0, 0.0};
+    for (int j = 0; j < c->count; ++j) {
+        const Mode<Pack> &mode = c->modes[j];
+        const Pack *x = &pack.predicted[mode.place], *P = x + mode.shape.n;
+        const double w = pack.prior[j][l];
+        const int u = 1, v = mode.shape.axes > 1 ? mode.shape.block + 1 : 1;
+        at.x += w * x[u][l], at.y += w * x[v][l];
+        at.xx += w * P[packed(u, u)][l], at.xy += u == v ? 0.0 : w * P[packed(v, u)][l], at.yy += w * P[packed(v, v)][l];
+    }
+    return at;
+}
+
 // The edges' weights: log(Pd l / (clutter + Pd undetected)), and what codes say.
 void Many::weigh(int sensor) {
     constexpr double told = 6.9;  // a thousand times likelier, or less so
@@ -76,18 +92,25 @@ void Many::weigh(int sensor) {
     Weighing &w = weighing;
     w.ratio.clear(plots.count);
     w.distance2.clear();
+    w.speed.resize(std::isfinite(rules.abreast) ? pool.slots() : 0);
     w.existence.resize(pool.slots()), w.detection.resize(pool.slots()), w.unseen.resize(pool.slots());
     for (int s = 0; s < pool.slots(); ++s) {
         if (pool.live(s)) {
-            const Life &one = pool.life[s];
+            Life &one = pool.life[s];
             const TrackPack &pack = pool.packs[s / lanes];
             const Mode<Pack> &mode = c->modes[0];
             const Pack *x = &pack.predicted[mode.place];
-            const bool seen = mode.shape.axes < 2 || view.sees(x[0][s % lanes], x[mode.shape.block][s % lanes]);
+            const double east = x[0][s % lanes], north = x[mode.shape.axes < 2 ? 0 : mode.shape.block][s % lanes];
+            const bool served = !sector.whole() && pool.now - one.served < 0.5 * sector.period;
+            one.due = !served && sector.holds(east - view.site[0], north - view.site[1]);
+            const bool seen = one.due && (mode.shape.axes < 2 || view.sees(east, north));
+            if (!w.speed.empty() && one.existence > rules.established) w.speed[s] = speed_of(s);
+            // Not twice within half a turn, where it crosses from one sector into another.
+            if (served) candidates[s].clear();
             w.existence[s] = std::min(one.existence, 1.0 - 1e-12);
             w.unseen[s] = seen && view.scanning ? 1.0 - view.detection : 1.0;
             for (const Candidate &each : candidates[s]) {
-                double value = log_detection + each.log_likelihood - log_ground - std::log(plots.unit[each.plot]);
+                double value = log_detection + each.log_likelihood - log_ground - plots.log_unit[each.plot];
                 const std::int64_t code = plots.code[each.plot];
                 if (code >= 0 && one.code >= 0) value += code == one.code ? told : -told;
                 w.ratio.plot.push_back(each.plot), w.ratio.value.push_back(value), w.distance2.push_back(each.distance2);
@@ -177,6 +200,7 @@ void Many::bear(double t, int sensor, ScanReport &report) {
     std::vector<std::pair<int, int>> born;  // slot, plot
     for (int j = 0; j < plots.count; ++j) {
         const double r = decide.found.lone[j] * birth;
+        if (plots.waiting[j]) continue;
         if (!(r > least) || !(decide.found.lone[j] > rules.unclaimed)) continue;
         if (pool.living() >= rules.most_tracks) {
             report.full = true;
@@ -187,6 +211,7 @@ void Many::bear(double t, int sensor, ScanReport &report) {
         one.id = next_id++, one.code = plots.code[j];
         one.existence = one.birth = r, one.begun = one.seen = t;
         one.plots = 1, one.plot = j, one.share = 1.0;
+        one.served = one.hit = t;
         pool.packs[slot / lanes].state.time[slot % lanes] = plots.time.empty() ? t : plots.time[j];
         born.push_back({slot, j});
     }
@@ -225,9 +250,11 @@ void Many::judge(double t, int sensor, ScanReport &report) {
         if (one.age < 0) {
             one.age = 0;
         } else {
-            one.age += looked;
+            one.age += looked && (one.due || one.share > 0.5);
+            if (one.due) one.served = t;
             if (one.share > 0.5) {
                 ++one.plots, one.seen = t;
+                one.served = one.hit = t;
                 if (one.plot >= 0 && plots.code[one.plot] >= 0) one.code = plots.code[one.plot];
             }
             const bool lost = one.existence < 0.5 && one.age > rules.young && int(candidates[s].size()) > rules.crowd;
@@ -242,7 +269,7 @@ void Many::judge(double t, int sensor, ScanReport &report) {
         report.confirmed += one.confirmed;
         if (one.plot >= 0) one.plot = plots.row[one.plot];
     }
-    if (looked && rules.merge_after > 0) merge(report);
+    if (looked && sector.last && rules.merge_after > 0) merge(report);
     pool.shrink();
     report.living = pool.living();
 }
@@ -252,16 +279,16 @@ void Many::learn(double, int sensor) {
     SensorView &view = sensors[sensor];
     double sum = 0.0;
     for (int j = 0; j < plots.count; ++j)
-        if (view.sees(plots.fix[j].p[0], plots.fix[j].p[1])) sum += decide.found.lone[j];
+        if (!plots.waiting[j] && view.sees(plots.fix[j].p[0], plots.fix[j].p[1])) sum += decide.found.lone[j];
     const double share = view.clutter / (view.clutter + view.detection * view.undetected);
     if (view.learning) {
-        const double rate = std::max(0.05, 1.0 / (2.0 + view.scans));
+        const double rate = sector.part * std::max(0.05, 1.0 / (2.0 + view.scans)), area = sector.part * view.area;
         // A burst counts as four times the usual, so that it is soon forgotten.
-        const double seen = std::min(sum * share, 4.0 * view.clutter * view.area + 10.0);
-        view.clutter = std::max((1.0 - rate) * view.clutter + rate * seen / view.area, 1e-3 / view.area);
+        const double seen = std::min(sum * share, 4.0 * view.clutter * area + 10.0);
+        view.clutter = std::max((1.0 - rate) * view.clutter + rate * seen / area, 1e-3 / view.area);
     }
-    ++view.scans;
-    if (view.scanning) view.undetected *= 1.0 - view.detection;
+    view.scans += sector.last;
+    if (view.scanning) view.undetected *= sector.whole() ? 1.0 - view.detection : std::pow(1.0 - view.detection, sector.part);
 }
 
 // log p(plots | earlier ones): false plots and targets not seen before are Poisson, tracks are Bernoulli.
@@ -270,7 +297,7 @@ double Many::log_likelihood(int sensor) const {
     const SensorView &view = sensors[sensor];
     const double ground = view.clutter + view.detection * view.undetected;
     double sum = decide.log_total - ground * view.area;
-    for (int j = 0; j < plots.count; ++j) sum += std::log(ground * plots.unit[j]);
+    for (int j = 0; j < plots.count; ++j) sum += std::log(ground) + plots.log_unit[j];
     for (int s = 0; s < pool.slots(); ++s)
         if (pool.live(s)) sum += std::log(1.0 - weighing.existence[s] + weighing.existence[s] * weighing.unseen[s]);
     return sum;
@@ -285,8 +312,9 @@ std::vector<Share> Many::taken(int slot) const {
     return found;
 }
 
-ScanReport Many::scan(double t, int sensor, const PlotRows &rows) {
+ScanReport Many::scan(double t, int sensor, const PlotRows &rows, const Sector &part) {
     ScanReport report;
+    sector = part;
     const double dt = std::isnan(time) ? 0.0 : t - time;
     pool.now = t;
     measure(rows, sensor, report);
@@ -296,9 +324,9 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows) {
     predict(t, sensor);
     for (char each : crowded) report.crowded = report.crowded || each;
     weigh(sensor);
-    decide.established = rules.established, decide.left = rules.left, decide.weigh_all = rules.likelihood;
+    decide.established = rules.established, decide.left = rules.left, decide.abreast = rules.abreast, decide.weigh_all = rules.likelihood;
     decide(rules.association, weighing);
-    if (rules.likelihood) report.log_likelihood = log_likelihood(sensor);
+    if (rules.likelihood && sector.whole()) report.log_likelihood = log_likelihood(sensor);
     report.inexact = decide.inexact;
     for (int s = 0; s < pool.slots(); ++s)
         if (pool.live(s)) share_out(s);

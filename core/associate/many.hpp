@@ -31,6 +31,20 @@ struct SensorView {
     double birth() const { return detection * undetected / (clutter + detection * undetected); }
 };
 
+// A part of a turn of an antenna: azimuths from north over east around the sensor's site.
+struct Sector {
+    double period = 0.0;     // seconds of a turn; 0: the whole turn is one scan
+    double from = 0.0, to = 0.0, part = 1.0;  // part: share of the turn
+    bool last = true;        // of its turn
+
+    bool whole() const { return period <= 0.0; }
+    bool holds(double dx, double dy) const {
+        if (whole()) return true;
+        const double azimuth = std::atan2(dx, dy), turned = azimuth < 0.0 ? azimuth + 6.283185307179586477 : azimuth;
+        return turned >= from && turned < to;
+    }
+};
+
 struct ManyRules {
     Association association = Association::marginal;
     double gate = 16.0, split_gate = 6.0;      // squared distances
@@ -42,6 +56,7 @@ struct ManyRules {
     double leave = 60.0;                       // mean seconds that a track is kept where no sensor looks
     double established = 0.5;                  // existence from which a track owns its plots
     double left = 0.0;                         // share of a plot's marginal that stays with a track where another owns it
+    double abreast = INFINITY;                 // squared distance of velocities from which tracks do not own plots against each other
     double merge_within = 1.0;                 // squared distance below which two tracks may follow one target
     int merge_after = 5;                       // scans in a row after which the younger one ends; 0: never
     bool split = true;
@@ -81,7 +96,7 @@ class Many {
     std::int64_t next_id = 0;
     std::vector<double> lone;      // of each row of the last scan: probability that it is no track's; NaN if unusable
 
-    ScanReport scan(double t, int sensor, const PlotRows &rows);
+    ScanReport scan(double t, int sensor, const PlotRows &rows, const Sector &sector = Sector());
 
     // A target that is known to be there, in the reported components.
     std::int64_t add(double t, const double *x, const double *P, double existence);
@@ -101,11 +116,13 @@ class Many {
     std::vector<std::vector<Share>> shares;
     std::vector<char> crowded;
     int dropped = 0;
+    Sector sector;
     std::vector<Place> places;                       // of the established tracks
     std::vector<std::pair<std::int64_t, int>> found; // of each slot: an older track beside it, and for how many scans
 
     void measure(const PlotRows &rows, int sensor, ScanReport &report);
     void predict(double t, int sensor);
+    Speed speed_of(int slot) const;
     void weigh(int sensor);
     void split(int sensor);
     void share_out(int slot);

@@ -42,7 +42,8 @@ void Many::merge(ScanReport &report) {
             const double det = xx * yy - xy * xy;
             if (!(yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy < rules.merge_within * det)) continue;
             const Life &one = pool.life[a.slot], &other = pool.life[b.slot];
-            if (one.share > 0.5 && other.share > 0.5) continue;
+            const auto plot = [&](const Life &each) { return sector.whole() ? each.share > 0.5 : pool.now - each.hit < sector.period; };
+            if (plot(one) && plot(other)) continue;
             // The one that began first stays; ids are in the order of birth.
             const bool first = one.id < other.id;
             const Life &older = first ? one : other, &younger = first ? other : one;

@@ -20,6 +20,7 @@ struct PlotRows {
     const double *unit = nullptr;        // density of plots in the measurement space over that in the plane, at each plot
     const std::int64_t *code = nullptr;  // identity, -1 where it says none
     const double *time = nullptr;        // of each plot, where the scan is no instant
+    const std::int64_t *waiting = nullptr;  // 1: of the next sector; tracks may take it, but it begins none yet
 };
 
 class Plots {
@@ -27,9 +28,11 @@ class Plots {
     int count = 0;
     std::vector<int> row;                    // of each plot in the order of this class, where it came from
     std::vector<Fix<double>> fix;            // measured position
-    std::vector<double> z, noise, unit;
+    std::vector<double> z, noise;
+    std::vector<double> log_unit;            // logarithm of the unit of each
     std::vector<double> time;                // empty where all have the scan's
     std::vector<std::int64_t> code;
+    std::vector<char> waiting;
     int columns = 0, terms = 0;
     bool full = false;
     double largest[3] = {};                  // variance of a position, over all plots
@@ -96,7 +99,7 @@ class Plots {
         columns = rows.columns, full = rows.full_noise;
         terms = !rows.noise ? 0 : full ? packed_size(columns) : columns;
         fix.resize(count), z.resize(std::size_t(count) * columns), noise.resize(std::size_t(count) * terms);
-        unit.assign(count, 1.0), code.assign(count, -1), time.resize(rows.time ? count : 0);
+        log_unit.assign(count, 0.0), code.assign(count, -1), waiting.assign(count, 0), time.resize(rows.time ? count : 0);
         for (double &value : largest) value = 0.0;
         for (int k = 0; k < count; ++k) {
             const std::int64_t j = row[k];
@@ -107,8 +110,9 @@ class Plots {
                     if (full) noise[std::size_t(k) * terms + packed(r, q)] = rows.noise[(j * columns + r) * columns + q];
                     else if (q == r) noise[std::size_t(k) * terms + r] = rows.noise[j * columns + r];
                 }
-            if (rows.unit) unit[k] = rows.unit[j];
+            if (rows.unit) log_unit[k] = std::log(rows.unit[j]);
             if (rows.code) code[k] = rows.code[j];
+            if (rows.waiting) waiting[k] = rows.waiting[j] != 0;
             if (rows.time) time[k] = rows.time[j];
             for (int a = 0; a < 3; ++a) largest[a] = std::max(largest[a], fix[k].P[packed(a, a)]);
         }

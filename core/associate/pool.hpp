@@ -23,6 +23,9 @@ struct Life {
     double share = 0.0;           // probability that it had one of the plots
     std::int64_t beside = -1;     // id of an older track that seems to follow the same target
     int together = 0;             // scans in a row in which it does
+    double served = -INFINITY;    // when a sectored antenna last did its sector, or it had a plot
+    double hit = -INFINITY;       // when it last had a plot
+    bool due = true;              // this scan looks where it is, and it is not served yet
 };
 
 struct TrackPack {

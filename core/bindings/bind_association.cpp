@@ -86,8 +86,10 @@ nb::dict report_of(const ScanReport &r) {
     return out;
 }
 
-nb::dict scan(Many &many, double time, int sensor, Const z, nb::object noise, nb::object unit, nb::object code, nb::object times) {
+nb::dict scan(Many &many, double time, int sensor, Const z, nb::object noise, nb::object unit, nb::object code, nb::object times, nb::object sector) {
     PlotRows rows;
+    Sector part;
+    Integers waits;
     rows.count = int(z.shape(0)), rows.columns = int(z.shape(1)), rows.z = z.data();
     Const R, u, own;
     Integers codes;
@@ -95,10 +97,16 @@ nb::dict scan(Many &many, double time, int sensor, Const z, nb::object noise, nb
     if (!unit.is_none()) u = nb::cast<Const>(unit), rows.unit = u.data();
     if (!code.is_none()) codes = nb::cast<Integers>(code), rows.code = codes.data();
     if (!times.is_none()) own = nb::cast<Const>(times), rows.time = own.data();
+    if (!sector.is_none()) {
+        const auto given = nb::cast<nb::tuple>(sector);
+        part.period = nb::cast<double>(given[0]), part.from = nb::cast<double>(given[1]), part.to = nb::cast<double>(given[2]);
+        part.part = nb::cast<double>(given[3]), part.last = nb::cast<bool>(given[4]);
+        waits = nb::cast<Integers>(given[5]), rows.waiting = waits.data();
+    }
     ScanReport report;
     {
         nb::gil_scoped_release released;
-        report = many.scan(time, sensor, rows);
+        report = many.scan(time, sensor, rows, part);
     }
     return report_of(report);
 }
@@ -234,6 +242,7 @@ void bind_rules(nb::module_ &module) {
         .def_rw("drop_after", &ManyRules::drop_after)
         .def_rw("established", &ManyRules::established)
         .def_rw("left", &ManyRules::left)
+        .def_rw("abreast", &ManyRules::abreast)
         .def_rw("merge_within", &ManyRules::merge_within)
         .def_rw("merge_after", &ManyRules::merge_after)
         .def_rw("split", &ManyRules::split)
@@ -259,7 +268,7 @@ void bind_association(nb::module_ &module, nb::class_<Engine> &engine) {
     module.def("cluster", cluster, "begin"_a, "plot"_a, "plots"_a, "Which cluster each row is in, or -1.");
     bind_rules(module);
     nb::class_<Many>(module, "Many", "Many targets from plots without identity.")
-        .def("scan", scan, "time"_a, "sensor"_a, "z"_a, "noise"_a.none(), "unit"_a.none(), "code"_a.none(), "times"_a.none())
+        .def("scan", scan, "time"_a, "sensor"_a, "z"_a, "noise"_a.none(), "unit"_a.none(), "code"_a.none(), "times"_a.none(), "sector"_a.none() = nb::none())
         .def("tracks", tracks, "least"_a, "covariance"_a)
         .def("taken", taken, "least"_a)
         .def("add", [](Many &many, double time, Const x, Const P, double existence) { return many.add(time, x.data(), P.data(), existence); })

@@ -4,7 +4,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .association import Tracker, radar_bias
+    from .association import Sectors, Tracker, radar_bias
     from .catalogue.choose import choose_filter, default_filter
     from .catalogue.purpose import Purpose
     from .catalogue.registry import FILTERS
@@ -84,6 +84,7 @@ __all__ = [
     "Prior",
     "Purpose",
     "Radar",
+    "Sectors",
     "Singer",
     "Sojourn",
     "StaticMM",
@@ -143,6 +144,7 @@ _HOME = {
     "Prior": "models.start",
     "Purpose": "catalogue.purpose",
     "Radar": "models.radar",
+    "Sectors": "association",
     "STATUS": "estimate",
     "Singer": "models.motion",
     "Sojourn": "models.switching",

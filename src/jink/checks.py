@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 PerAxis = float | Sequence[float]
-Given, Answer = ParamSpec("Given"), TypeVar("Answer")
+Given = ParamSpec("Given")
+Answer = TypeVar("Answer")
 
 
 def numbers(name: str, value: ArrayLike, what: str = "numbers") -> Array:
@@ -194,7 +195,7 @@ def by_hints(function: Callable[Given, Answer]) -> Callable[Given, Answer]:
 
 
 def _check_by_hint(name: str, hint: str, value: Any) -> None:
-    if value is None and "None" in hint:
+    if "None" in hint and value is None:
         return
     hint = hint.removesuffix(" | None")
     if hint in ("ArrayLike", "Array"):

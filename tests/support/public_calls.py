@@ -13,6 +13,7 @@ import jink
 from jink import association, compare, metrics, scenarios
 from jink.catalogue.purpose import Purpose
 from jink.catalogue.registry import FILTERS
+from jink.metrics.skies import Picture
 
 Call = tuple[Callable[..., Any], dict[str, Any]]
 TIME = np.arange(6.0)
@@ -138,7 +139,8 @@ def _metrics() -> dict[str, dict[str, Any]]:
     P = np.broadcast_to(np.eye(4), (5, 20, 4, 4)).copy()
     square, points, set_of = np.abs(error[..., 0]), np.zeros((3, 2)), {"c": 10.0}
     chain = {"F": np.eye(4), "Q": np.eye(4), "information": np.broadcast_to(np.eye(4), (20, 4, 4)), "P0": np.eye(4)}
-    empty = {"truth": [[]], "estimate": [[]], "c": 1.0}
+    picture = Picture(np.arange(2), np.zeros((2, 2)))
+    seen = {"truth": [[picture]], "estimate": [[picture]], "c": 1.0}
     return {
         "bound_rmse": {"C": P[0], "index": [0, 2]},
         "compare_means": {"a": square[:, 0], "b": square[:, 1]},
@@ -170,9 +172,9 @@ def _metrics() -> dict[str, dict[str, Any]]:
         "rmse_over_time": {"error": error},
         "trimmed_rmse": {"error": error},
         "turn_displacement": {"velocity": error[..., :2], "turn_rate": square, "time": np.arange(20.0)},
-        "clear_mot": empty,
-        "siap": empty | {"times": [[]]},
-        "sky_figures": empty,
+        "clear_mot": seen,
+        "siap": seen | {"times": [[0.0]]},
+        "sky_figures": seen,
     }
 
 

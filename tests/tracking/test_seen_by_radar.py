@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import polars as pl
+import pytest
 
 import jink
+from jink.io.geodesy import SiteFrame
 
 RANGE_SD, AZIMUTH_SD = 30.0, 3e-3
 
@@ -54,3 +56,29 @@ def test_ranges_of_something_else_are_not_used():
         done = jink.track(other, details=True)
         assert "range_sd" not in done.summary["noise"][0]
         assert {"range", "azimuth_deg"} <= set(done.summary["unused_columns"])
+
+
+def on_the_map(table: pl.DataFrame) -> pl.DataFrame:
+    """The positions as latitudes and longitudes around a site at 48 north, 9 east."""
+    latitude, longitude, *_ = SiteFrame(48.0, 9.0).to_geographic(table["x"].to_numpy(), table["y"].to_numpy())
+    return table.select("target", "time").with_columns(latitude=pl.Series(latitude), longitude=pl.Series(longitude))
+
+
+@pytest.mark.parametrize("form", ["x and y", "places"])
+def test_where_a_site_is_named_the_scatter_says_whether_it_is_a_radar_s(form):
+    table, _ = seen(1, count=400)
+    table = table.drop("range", "azimuth_deg")
+    rng, even = np.random.default_rng(2), seen(1, count=400)[1]
+    even = even + rng.normal(0, 100.0, even.shape)
+    evenly = table.with_columns(x=pl.Series(even[:, 0]), y=pl.Series(even[:, 1]))
+    if form == "places":
+        table, evenly = on_the_map(table), on_the_map(evenly)
+    line = jink.track(table, site=(48.0, 9.0), details=True).summary["noise"][0]
+    assert abs(line["range_sd"] / RANGE_SD - 1.0) < 0.3 and abs(line["azimuth_sd"] / AZIMUTH_SD - 1.0) < 0.3
+    assert "range_sd" not in jink.track(evenly, site=(48.0, 9.0), details=True).summary["noise"][0]
+    assert "range_sd" not in jink.track(table, details=True).summary["noise"][0]
+
+
+def test_aircraft_that_report_themselves_are_not_seen_by_a_radar():
+    done = jink.track("examples/flights.parquet", site=(48.7, 2.4), details=True)
+    assert all("range_sd" not in line for line in done.summary["noise"])

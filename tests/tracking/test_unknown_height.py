@@ -12,7 +12,7 @@ import jink
 from jink.io.errors import InputError
 from jink.tracking.unknown_height import TargetHeight, is_slant
 
-HEIGHTS = np.array([1000.0, 3000.0, 5000.0, 9000.0])
+HEIGHTS = np.array([500.0, 2000.0, 4000.0, 6500.0])
 
 
 def seen(name: str, seed: int = 0) -> tuple[pl.DataFrame, np.ndarray]:
@@ -47,7 +47,7 @@ def test_the_mean_and_the_variance_are_those_over_the_prior():
 def test_slant_ranges_are_corrected_and_their_sds_cover_the_errors():
     data, truth = seen("slant_range")
     found = jink.track(data, details=True)
-    assert any("slant ranges without heights: targets are taken to be 4000" in n for n in found.summary["notes"])
+    assert any("slant ranges without heights: targets are taken to be 3000" in n for n in found.summary["notes"])
     plain = jink.track(data, target_height="ground", details=True)
     assert not any("without heights" in note for note in plain.summary["notes"])
     off, before = errors(found.tracks, truth), errors(plain.tracks, truth)
@@ -65,7 +65,7 @@ def test_ranges_that_do_not_say_what_they_are_are_named():
     found = jink.track(data, details=True)
     (note,) = (n for n in found.summary["notes"] if "ranges without heights are taken as ranges along the ground" in n)
     assert "--target-height" in note and "m too far out at 20 km" in note
-    same = jink.track(data, target_height="4000,3500")
+    same = jink.track(data, target_height="3000,2500")
     assert same.equals(jink.track(data.rename({"range": "slant_range"})).select(same.columns))
     assert not any("heights" in n for n in jink.track(data, kind="vessel", details=True).summary["notes"])
 
@@ -92,7 +92,7 @@ def test_a_stream_takes_the_same_heights():
 
 @pytest.mark.parametrize("given", ["high", "4000", "-1,5", "1,nan"])
 def test_heights_that_are_none_are_refused(given):
-    with pytest.raises(InputError, match="target height is"):
+    with pytest.raises(InputError, match="target_height is"):
         TargetHeight.of(given)
 
 

@@ -47,7 +47,7 @@ def loose(thing: object) -> list[str]:
         assert isinstance(seen, ast.FunctionDef)
         open_ = not typing.get_overloads(thing) and any(map(is_loose, told(seen)))
         return [thing.__name__] if open_ else []
-    out = []
+    out: list[str] = []
     for each in typing.cast(type, thing).__mro__:
         if each.__module__.startswith("jink"):
             body = typing.cast(ast.ClassDef, parsed(each)).body
@@ -66,11 +66,10 @@ def loose_members(body: list[ast.stmt]) -> Iterator[str]:
         if isinstance(part, ast.FunctionDef) and any("overload" in ast.unparse(d) for d in part.decorator_list)
     }
     for part in body:
-        public = isinstance(part, ast.FunctionDef) and (
-            not part.name.startswith("_") or part.name in ("__init__", "__new__")
-        )
-        if public and part.name not in overloaded and any(map(is_loose, told(part))):
-            yield part.name
+        if isinstance(part, ast.FunctionDef) and part.name not in overloaded:
+            public = not part.name.startswith("_") or part.name in ("__init__", "__new__")
+            if public and any(map(is_loose, told(part))):
+                yield part.name
         if isinstance(part, ast.AnnAssign) and is_loose(ast.unparse(part.annotation)):
             name = ast.unparse(part.target)
             if not name.startswith("_"):

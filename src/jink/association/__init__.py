@@ -3,6 +3,7 @@
 from .bias import RadarBias, radar_bias
 from .picture import Picture
 from .rules import ASSOCIATIONS
+from .sectors import Sectors
 from .tracker import Tracker
 
-__all__ = ["ASSOCIATIONS", "Picture", "RadarBias", "Tracker", "radar_bias"]
+__all__ = ["ASSOCIATIONS", "Picture", "RadarBias", "Sectors", "Tracker", "radar_bias"]

@@ -176,6 +176,7 @@ class Tracker:
         covariance: ArrayLike | None,
         code: ArrayLike | None,
         times: ArrayLike | None,
+        sector: tuple[Any, ...] | None = None,
     ) -> Picture:
         which = self._index(sensor)
         z = self._plots(plots, which)
@@ -183,7 +184,7 @@ class Tracker:
         noise = None if covariance is None else row_noise(covariance, len(z), z.shape[1])
         codes = None if code is None else _codes(code, len(z))
         own = None if times is None else _times(times, len(z))
-        report = self._many.scan(t, which, z, noise, self._unit(which, z), codes, own)
+        report = self._many.scan(t, which, z, noise, self._unit(which, z), codes, own, sector)
         picture = self._picture(t, report)
         self._learn_detection(which, picture)
         if self._laggards is None:

@@ -68,7 +68,9 @@ class Kind:
         n = sensor.axes or 2 if axes is None else whole("axes", axes, 1, 3)
         if n < 2:
             raise ValueError("default_filter: expected a sensor of 2 or 3 axes, got 1; the default filters model turns")
-        rarer = max(1.0, RARE * positive("interval", interval, zero=True) / self.coast)
+        if positive("interval", interval, zero=True) > 1e9:
+            raise ValueError(f"interval: expected seconds between positions, got {interval:g}")
+        rarer = max(1.0, RARE * interval / self.coast)
         wait = rarer * self.coast if coast is None else positive("coast", coast, zero=True)
         extent = sensor.extents(rarer * self.extent[0], rarer * self.extent[1], self.speed)
         return IMM(
@@ -134,7 +136,7 @@ AIRCRAFT = Kind(
     coasting=Coasting(after=20.0, manoeuvre=10.0, climb=30.0, reverses=False),
     manoeuvre_g=(0.05, 0.03),
     manoeuvre_seconds=8.0,
-    height=(4000.0, 3500.0),
+    height=(3000.0, 2500.0),
 )
 
 FIGHTER = Kind(

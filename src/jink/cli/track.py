@@ -161,7 +161,7 @@ class TrackRequest:
         typer.Option(
             "--target-height",
             metavar="M,SD",
-            help="How high targets are above a radar that measures no heights, in metres, such as 4000,3500; "
+            help="How high targets are above a radar that measures no heights, in metres, such as 3000,2500; "
             "ground: its ranges are those along the ground.",
         ),
     ] = None
@@ -272,10 +272,10 @@ class TrackRequest:
     azimuth_from: Annotated[
         AzimuthFrom | None,
         typer.Option(
-            metavar="north|east|grid",
+            metavar="WHERE",
             rich_help_panel=INPUT,
-            help="Azimuth counts clockwise from north, counter-clockwise from east (the x axis), or clockwise from the "
-            "north of UTM's grid, or of that of --crs. Default: north.",
+            help="Azimuth counts clockwise from north, clockwise from grid north (UTM's, or that of --crs: grid), or "
+            "counter-clockwise from east. Default: north.",
         ),
     ] = None
     crs: Annotated[

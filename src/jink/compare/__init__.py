@@ -6,6 +6,7 @@ from .near_optimal import Reference, near_optimal
 from .priors import PRIORS, Prior, RandomAccelerations, RandomTurns
 from .race import compare
 from .result import Race
+from .turned_axes import near_optimal_turned
 
 __all__ = [
     "ALWAYS",
@@ -19,4 +20,5 @@ __all__ = [
     "clairvoyant",
     "compare",
     "near_optimal",
+    "near_optimal_turned",
 ]

@@ -137,7 +137,7 @@ class LiveBatch:
         self._live, self.n, self._estimate = live, n, estimate
         self._columns, self._sensors, self._axes = columns, sensors, axes
         wanted = OUTPUTS if outputs is None else items("outputs", outputs, "names of outputs")
-        unknown = [name for name in wanted if name not in OUTPUTS]
+        unknown = [name for name in wanted if not isinstance(name, str) or name not in OUTPUTS]
         if unknown:
             raise ValueError(f"outputs: {unknown[0]!r} is not one of {', '.join(OUTPUTS)}")
         shapes = {"x": (n, components), "P": (n, components, components), "mode_probability": (n, modes)}
@@ -164,7 +164,8 @@ class LiveBatch:
         times = self._times(t)
         which = None
         if sensor is not None:
-            which = sensor_index(np.broadcast_to(indices("sensor", sensor), (self.n,)), self.n, self._sensors)
+            given = indices("sensor", sensor)
+            which = sensor_index(np.broadcast_to(given, (self.n,)) if given.ndim == 0 else given, self.n, self._sensors)
         noise = row_noise(covariance, self.n, self._columns)
         known = None if input is None else array_of("input", input, (self.n, self._axes))
         return self._call(times, rows, which, noise, known, predict_only=False)

@@ -44,7 +44,7 @@ def allocate(
     wanted = DEFAULT_OUTPUTS if outputs is None else items("outputs", outputs, "names of outputs")
     if out is not None and not isinstance(getattr(out, "results", None), dict):
         raise TypeError(f"out: expected an estimate to write into, got {type(out).__name__}")
-    unknown = [name for name in wanted if name not in OUTPUTS]
+    unknown = [name for name in wanted if not isinstance(name, str) or name not in OUTPUTS]
     if unknown:
         raise ValueError(f"outputs: {unknown[0]!r} is not one of {', '.join(OUTPUTS)}")
     shapes: dict[str, tuple[int, ...]] = {name: (rows,) for name in OUTPUTS}

@@ -141,7 +141,7 @@ class _Sky:
             speed_sd=kind_of(self.settings.kind).speed / 2,
             report=1 - 1e-9,
         )
-        tracker.rules.likelihood = True
+        unpruned(tracker.rules)
         tracker.reset()
         own_times = None if self.how.period is None else self.plots.rows["time"].to_numpy()
         out = np.zeros(scans)
@@ -151,6 +151,12 @@ class _Sky:
             picture = tracker.scan(float(self.time[k]), self.plots.z[rows], times=times)
             out[k] = picture.report["log_likelihood"]
         return out
+
+
+def unpruned(rules: Any) -> None:
+    """Rules that report the likelihood, and drop next to no track: each that is dropped takes some of it away."""
+    rules.likelihood = True
+    rules.drop, rules.patience, rules.unclaimed, rules.crowd = 1e-3, 1e-3, 1e-6, 1000
 
 
 def fit_sky(

@@ -26,6 +26,10 @@ class Conventions:
     grid_turn: float | None = None
 
     def __post_init__(self) -> None:
+        for name in ("time_format", "time_zone"):
+            value = getattr(self, name)
+            if value is not None and not (isinstance(value, str) and value.isprintable()):
+                raise InputError(f"{name} is {value!r}; expected a text that can be printed")
         for name, value, known in (
             ("axes", self.axes, ("enu", "ned")),
             ("azimuth_from", self.azimuth, ("north", "east", "grid")),

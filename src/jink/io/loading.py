@@ -41,7 +41,7 @@ class Reading:
 
         if self.altitude_unit not in (None, "ft", "m"):
             raise InputError(f"altitude_unit is {self.altitude_unit!r}; expected 'ft' or 'm'")
-        if self.time_unit is not None and self.time_unit not in TIME:
+        if self.time_unit is not None and not (isinstance(self.time_unit, str) and self.time_unit in TIME):
             raise InputError(f"time_unit is {self.time_unit!r}; expected 's', 'ms', 'us' or 'ns'")
 
 

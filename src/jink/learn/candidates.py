@@ -74,6 +74,7 @@ def _numbers(like: IMM | Kalman, tables: Array, transition: Array) -> Array:
     first = rules[..., 4].mean(axis=2)
     at = 0
     for j, motion in enumerate(like.motions):
+        assert isinstance(motion, FuzzyNoise)  # as `filter_of` makes them
         mode = motion.native(like.axes)
         noises, table = len(mode.parameters), rules[:, j].reshape(count, -1)
         numbers[:, at : at + noises] = first[:, j, None]

@@ -94,8 +94,8 @@ def sky_figures(truth: Iterable[Sequence[Picture]], estimate: Iterable[Sequence[
         runs.append(_Run(c))
         for a, b in zip(true, found, strict=True):
             runs[-1].add(a, b)
-    if not runs:
-        raise ValueError("truth: expected at least one run")
+    if not sum(run.scans for run in runs):
+        raise ValueError("truth: expected at least one run of at least one scan")
     parts, scans = np.array([r.parts for r in runs]), np.array([float(r.scans) for r in runs])
     mean_square, influence = ratio_influence(parts.sum(axis=1), scans)
     value = math.sqrt(mean_square)

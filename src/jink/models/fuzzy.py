@@ -61,7 +61,10 @@ class FuzzyRules:
         rows = np.atleast_2d(numbers("table", table))
         if rows.ndim != 2 or rows.shape[1] != 5 or not len(rows):
             raise ValueError(f"table: expected rows of five numbers c1 s1 c2 s2 w, got shape {rows.shape}")
-        return cls(rows[:, [0, 2]] * unit, rows[:, [1, 3]] * unit, rows[:, 4] * unit**2, trained)  # pyright: ignore[reportArgumentType]
+        try:
+            return cls(rows[:, [0, 2]] * unit, rows[:, [1, 3]] * unit, rows[:, 4] * unit**2, trained)  # pyright: ignore[reportArgumentType]
+        except ValueError as error:
+            raise ValueError(f"table: {error}") from None
 
     @classmethod
     def constant(cls, acceleration_sd: float, spread: float) -> FuzzyRules:
@@ -69,6 +72,8 @@ class FuzzyRules:
         sd, spread = positive("acceleration_sd", acceleration_sd), positive("spread", spread)
         if sd * sd < 1e-300:
             raise ValueError(f"acceleration_sd: expected at least 1e-150 m/s², got {sd:g}")
+        if spread < 1e-300:
+            raise ValueError(f"spread: expected at least 1e-300 m, got {spread:g}")
         return cls(((0.0, 0.0),), ((spread, spread),), (sd * sd,))
 
     def __len__(self) -> int:

@@ -65,6 +65,8 @@ class Anonymous:
         if isinstance(given, bool):
             return cls() if given else None
         names = cls.__dataclass_fields__
+        if not isinstance(given, Mapping):
+            raise InputError(f"anonymous: expected True, False or options by name, got {given!r:.60}")
         for name in given:
             if name not in names:
                 raise InputError(f"anonymous: {unknown('option', str(name), names)}")

@@ -173,7 +173,7 @@ def track(
     come back too (None: those that say who a target is). every: one row at each multiple of so many seconds ("1s"),
     predicted where nothing was measured, instead of one per input row. manoeuvre_g: the acceleration in g from which on
     `manoeuvring` and `manoeuvring_vertical` are probabilities of a manoeuvre (None: that of the kind). target_height:
-    how high targets of a radar that measures no heights are above it, mean and sd in metres ("4000,3500"), or "ground".
+    how high targets of a radar that measures no heights are above it, mean and sd in metres ("3000,2500"), or "ground".
     Raises InputError (a ValueError).
     """
     alone, sites = sites_of({} if site is None else site if isinstance(site, Mapping) else {"": site})

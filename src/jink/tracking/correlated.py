@@ -50,7 +50,7 @@ class Correlated:
         sure = 1.0 - DOUBT * RELATIVE / np.sqrt(np.maximum(self.counts, 1))
         with np.errstate(invalid="ignore"):
             smaller = self.variances < np.maximum(sure, 0.0) * made
-        return ~smaller.any(axis=1)
+        return np.logical_not(np.asarray(smaller).any(axis=1))
 
 
 def shape_of(rows: np.ndarray) -> np.ndarray:

@@ -20,12 +20,8 @@ class ToldLive(NamedTuple):
     segment: int | None
 
 
-class Velocity(NamedTuple):
-    """Time (s), and by direction the components of the velocity and their variance."""
-
-    time: float
-    components: tuple[tuple[float, ...], ...]
-    variance: tuple[float, ...]
+# of a row: time (s), the components of the velocity by direction, and the variance of one component of each direction
+Velocity = list[float]
 
 
 @dataclass(slots=True)
@@ -37,12 +33,14 @@ class Past:
 
     def first(self, now: Velocity, new: bool, window: float) -> Velocity:
         """The velocity that the window begins at, `now` being one more."""
+        known = self.velocities
         if new:
-            self.velocities.clear()
-        self.velocities.append(now)
-        while len(self.velocities) > 2 and self.velocities[0].time < now.time - window - SLACK:
-            self.velocities.popleft()
-        return self.velocities[0]
+            known.clear()
+        known.append(now)
+        earliest = now[0] - window - SLACK
+        while len(known) > 2 and known[0][0] < earliest:
+            known.popleft()
+        return known[0]
 
 
 class Row(Protocol):
@@ -68,12 +66,9 @@ def told_live(rows: Sequence[Row], estimate: Estimate, what: Manoeuvres) -> list
     """Of each row; the rows of one target stand in the order of time."""
     time = np.array([row.time for row in rows])
     moving = Moving.of(estimate, time, np.array([row.silent for row in rows]))
-    components = [list(zip(*each.tolist(), strict=True)) for each in moving.velocity]
-    variances = [each.tolist() for each in moving.variance]
-    first = []
-    for k, row in enumerate(rows):
-        now = Velocity(row.time, tuple(c[k] for c in components), tuple(v[k] for v in variances))
-        first.append(row.target.past.first(now, bool(moving.new[k]), what.window))
+    values = np.column_stack([time, *(part.T for part in moving.velocity), *moving.variance]).tolist()
+    begins, window = moving.new.tolist(), what.window
+    first = [row.target.past.first(now, new, window) for row, now, new in zip(rows, values, begins, strict=True)]
     both = Moving.joined([_moving(first, moving), moving])
     here = np.arange(len(rows))
     found = between(both, what, np.r_[here, here], np.r_[here, here + len(rows)])
@@ -100,7 +95,10 @@ def _segment(row: Row, probability: float, what: Manoeuvres) -> int:
 
 def _moving(first: Sequence[Velocity], like: Moving) -> Moving:
     """Rows of the past; of their accelerations nothing is asked."""
-    velocity = tuple(np.array([row.components[k] for row in first]).T for k in range(len(like.velocity)))
-    variance = tuple(np.array([row.variance[k] for row in first]) for k in range(len(like.variance)))
-    time = np.array([row.time for row in first])
-    return Moving(time, like.new, like.mode, velocity, variance, like.acceleration, like.spread)
+    values, at = np.array(first).T, 1
+    velocity = []
+    for part in like.velocity:
+        velocity.append(values[at : at + len(part)])
+        at += len(part)
+    known = like.acceleration, like.spread
+    return Moving(values[0], like.new, like.mode, tuple(velocity), tuple(values[at:]), *known)

@@ -157,7 +157,8 @@ def _plane(placed: Placed, given: Mapping[str, float], kind: str, known_level: N
     if "cov_ee" in placed.rows.columns:
         sd["position_sd"] = _as_placed(placed, covariance, sd["position_sd"])
     plain = covariance[:, :2, :2]
-    radar = seen_by_radar.covariances(placed, measured, starts, group, of_source.size, given, plain)
+    decided = (known_level.sources or [{}])[0] if known_level else None
+    radar = seen_by_radar.covariances(placed, measured, starts, group, of_source.size, given, plain, decided)
     if radar is not None:
         covariance[measured, :2, :2] = radar[0][measured]
         for number, line in enumerate(lines):

@@ -73,7 +73,7 @@ class Settings:
             raise InputError(f"gap is {self.gap!r}; expected seconds, 0 for never")
         for name in ("threads", "min_points"):
             given = getattr(self, name)
-            if given is not None and not (isinstance(given, int) and 1 <= given < LARGEST):
+            if (given is not None or name == "min_points") and not (isinstance(given, int) and 1 <= given < LARGEST):
                 raise InputError(f"{name} is {given!r}; expected 1 or more")
         if self.manoeuvre_g is not None and not (_real(self.manoeuvre_g) and 0 < self.manoeuvre_g < math.inf):
             raise InputError(

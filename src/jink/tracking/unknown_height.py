@@ -21,7 +21,7 @@ from .placing import Placed
 GROUND = "ground"
 VARIANCE = "ground_range_variance"  # column (m²) of rows whose height is not known
 STEEPEST = 0.95  # of the range, at most the height
-EXPECTED = "expected METRES,SD above the radar, such as 4000,3500, or ground"
+EXPECTED = "expected METRES,SD above the radar, such as 3000,2500, or ground"
 
 
 @dataclass(frozen=True)
@@ -33,17 +33,19 @@ class TargetHeight:
 
     @classmethod
     def of(cls, given: str | None) -> TargetHeight | None:
-        """From ``"4000,3500"`` or ``"ground"``. Errors: InputError."""
+        """From ``"3000,2500"`` or ``"ground"``. Errors: InputError."""
         if given is None:
             return None
+        if not isinstance(given, str):
+            raise InputError(f"target_height is {given!r}; {EXPECTED}")
         if given.strip() == GROUND:
             return cls(0.0, 0.0)
         try:
             mean, sd = (float(part) for part in given.split(","))
         except ValueError:
-            raise InputError(f"target height is {given!r}; {EXPECTED}") from None
+            raise InputError(f"target_height is {given!r}; {EXPECTED}") from None
         if not (np.isfinite([mean, sd]).all() and mean >= 0 and sd >= 0):
-            raise InputError(f"target height is {given!r}; {EXPECTED}")
+            raise InputError(f"target_height is {given!r}; {EXPECTED}")
         return cls(mean, sd)
 
     @property

@@ -7,6 +7,7 @@ before or behind the sentence; without either, the reports of base stations amon
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from datetime import UTC, datetime
 from typing import Any
 
@@ -59,6 +60,9 @@ def read(file: str, content: bytes) -> Records:
         if message.msg_type not in POSITIONS:
             others += 1
             continue
+        if message.lat is None or message.lon is None:
+            refused.add(number, "not a whole message of AIS: it ends before the position", line)
+            continue
         rows.append({"row": number} | _report(message, now))
     if not rows:
         raise InputError(f"{file} holds AIS sentences without any position report ({others} other messages)")
@@ -96,7 +100,8 @@ def _time(before: str, after: str) -> float | None:
         return value / 1000.0 if value > 1e11 else value
     for text in (before, after):
         if found := ISO.search(text):
-            return datetime.fromisoformat(found[1].replace(" ", "T")).replace(tzinfo=UTC).timestamp()
+            with suppress(ValueError):  # the thirteenth month
+                return datetime.fromisoformat(found[1].replace(" ", "T")).replace(tzinfo=UTC).timestamp()
         if found := EPOCH.search(text):
             value = float(found[1])
             return value / 1000.0 if value > 1e11 else value
