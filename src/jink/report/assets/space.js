@@ -7,22 +7,28 @@ class SpaceView {
   // others: controls of the plan view that do nothing here
   constructor(plan, heights, button, others) {
     Object.assign(this, { plan, heights, button, others, turn: -0.5, tilt: 0.45 });
-    this.host = Object.assign(document.createElement("div"), { className: "surface space", hidden: true });
-    plan.surface.host.insertBefore(this.host, plan.surface.host.querySelector(".legend"));
+    const known = heights.filter((z) => z === z).sort();
+    [this.low, this.high] = [0.002, 0.995].map((share) => known[Math.floor(share * known.length)]); // without gross errors
+    button.hidden = !(this.high - this.low > 1);
+    button.addEventListener("click", () => this.switch(!plan.instead));
+  }
+
+  // The canvas over the plan view, made when it is first wanted.
+  make() {
+    const { host } = this.plan.surface;
+    this.host = Object.assign(document.createElement("div"), { className: "surface space" });
+    host.insertBefore(this.host, host.querySelector(".legend"));
     this.surface = new Surface(
       this.host,
       "Tracks in three dimensions. Drag or the arrow keys turn the view, shift and drag move it, plus and minus zoom.",
       () => this.draw(),
     );
-    const known = heights.filter((z) => z === z).sort();
-    [this.low, this.high] = [0.002, 0.995].map((share) => known[Math.floor(share * known.length)]); // without gross errors
-    button.hidden = !(this.high - this.low > 1);
-    button.addEventListener("click", () => this.switch(!plan.instead));
     this.listen();
   }
 
   switch(on) {
     const { plan } = this;
+    if (!this.surface) this.make();
     plan.instead = on ? this : null;
     this.host.hidden = !on;
     this.button.setAttribute("aria-pressed", String(on));

@@ -246,7 +246,7 @@ class TracksPage {
     for (const [id, action] of Object.entries(clicks)) byId(id).addEventListener("click", action);
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       readTheme();
-      for (const surface of [plan.surface, ...(this.space ? [this.space.surface] : []), charts.surface, charts.ribbon]) surface.schedule();
+      for (const surface of [plan.surface, ...(this.space?.surface ? [this.space.surface] : []), charts.surface, charts.ribbon]) surface.schedule();
     });
   }
 }
