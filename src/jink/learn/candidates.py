@@ -73,8 +73,8 @@ def _numbers(like: IMM | Kalman, tables: Array, transition: Array) -> Array:
     rules[..., [1, 3]] = 1 / rules[..., [1, 3]]
     first = rules[..., 4].mean(axis=2)
     at = 0
-    motions: list[Any] = list(like.motions)
-    for j, motion in enumerate(motions):
+    for j, motion in enumerate(like.motions):
+        assert isinstance(motion, FuzzyNoise)  # as `filter_of` makes them
         mode = motion.native(like.axes)
         noises, table = len(mode.parameters), rules[:, j].reshape(count, -1)
         numbers[:, at : at + noises] = first[:, j, None]
