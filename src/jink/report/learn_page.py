@@ -19,7 +19,7 @@ def write_learn_report(learned: Learned, path: str | os.PathLike[str]) -> None:
     said = "".join(f"<li>against {escape(n)}: {escape(s)}</li>" for n, s in learned.verdicts().items())
     warned = "".join(f'<p class="note">Warning: {escape(line)}</p>' for line in learned.warnings)
     body = (
-        f'<header class="masthead"><div class="names"><h1>{escape(title)}</h1>'
+        f'<header class="masthead centred"><div class="names"><h1>{escape(title)}</h1>'
         f'<p class="lede">{escape(heading(learned))} · jink {escape(version())}</p></div></header>'
         f'<section class="paper"><h2>{escape(learned.verdict())}</h2>'
         f'<div class="sheets">{_table(learned)}</div><ul>{said}</ul>{warned}'

@@ -27,7 +27,7 @@ def pictures(filter: Any) -> list[Drawing]:
         network = getattr(motion, "network", None)
         for where, of in (("" if across is None else " along the track", rules), (" across the track", across)):
             if isinstance(of, FuzzyRules):
-                out.append(surface(of, f"Mode {k}: noise sd that the rules call for{where}"))
+                out.append(surface(of, f"Mode {k}: noise sd{where} that the rules call for", signed=of is rules))
         if isinstance(network, NoiseNetwork):
             out += _noise(network)
     network = getattr(inner, "network", None)
@@ -36,18 +36,20 @@ def pictures(filter: Any) -> list[Drawing]:
     return out
 
 
-def surface(rules: FuzzyRules, title: str) -> Surface:
-    """Noise sd over the residual and its change, as far as the rules reach."""
+def surface(rules: FuzzyRules, title: str, signed: bool = True) -> Surface:
+    """Noise sd over the residual and its change, as far as the rules reach; a residual without a sign from zero on."""
     c, s = np.asarray(rules.centres), np.asarray(rules.spreads)
     reach = float(np.median(np.abs(c) + s)) * 1.5
     length, unit = rules.readable
-    grid, sd = rules.surface(reach)
+    change = np.linspace(-reach, reach, POINTS)
+    residual = change if signed else np.linspace(0.0, reach, POINTS)
+    sd = np.sqrt(rules.variance(residual[None, :], change[:, None]))
     return Surface(
         title=title,
         x=f"residual {unit}",
         y=f"its change {unit}",
-        grid_x=grid / length,
-        grid_y=grid / length,
+        grid_x=residual / length,
+        grid_y=change / length,
         values=sd,
         unit="m/s²",
         sentences=rules.describe(),
