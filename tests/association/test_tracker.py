@@ -65,13 +65,19 @@ def textbook(sky, **changes):
 
 
 @pytest.mark.parametrize(
-    "name, scans, left", [("sky-parallel-50", 45, 0.0), ("sky-parallel", 70, 0.0), ("sky-parallel-50", 45, 0.2)]
+    "name, scans, left, abreast",
+    [
+        ("sky-parallel-50", 45, 0.0, 9.0),
+        ("sky-parallel", 70, 0.0, np.inf),
+        ("sky-parallel-50", 45, 0.2, 9.0),
+        ("sky-parallel-50", 45, 0.0, 0.5),
+    ],
 )
-def test_every_track_is_the_textbook_s(name, scans, left):
+def test_every_track_is_the_textbook_s(name, scans, left, abreast):
     sky = sky_called(name)
     run = sky.run(3, 5)
-    ours, theirs = tracker(sky, report=0.0), textbook(sky, left=left)
-    ours.rules.left = left
+    ours, theirs = tracker(sky, report=0.0), textbook(sky, left=left, abreast=abreast)
+    ours.rules.left, ours.rules.abreast = left, abreast
     ours.reset()
     both = 0
     for scan in run.scans[:scans]:

@@ -107,6 +107,7 @@ class Textbook:
     leaving: float  # survival over a scan outside the box
     ownership: bool = True
     left: float = 0.0  # share of a marginal that stays where another track owns the plot
+    abreast: float = np.inf  # squared distance of velocities from which tracks do not own plots against each other
     tracks: list = field(default_factory=list)
     following: int = 0
     scans: int = 0
@@ -200,10 +201,17 @@ class Textbook:
         owner = {j: old[k] for k, j in zip(rows, columns, strict=True) if j < psi.shape[1] and cost[k, j] < 0}
         for i in old:
             for j, of in owner.items():
-                if of != i:
+                if of != i and self._apart(self.tracks[i], self.tracks[of]) < self.abreast:
                     hit[i, j] *= self.left
             total = none[i] + hit[i].sum()
             hit[i], none[i] = hit[i] / total, none[i] / total
+
+    def _apart(self, a, b):
+        """Squared distance of two predicted velocities, by the means of the modes' covariances."""
+        speed = np.ix_([1, 3], [1, 3])
+        off = a.mean[[1, 3]] - b.mean[[1, 3]]
+        P = sum(np.einsum("m,mij->ij", t.mu, t.P) for t in (a, b))[speed]
+        return off @ np.linalg.solve(P, off)
 
     def _take_in(self, t, plots, absent, z):
         total = absent + sum(p for _, p in plots)

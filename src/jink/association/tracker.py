@@ -26,6 +26,9 @@ from .rules import association_called, check_filter, named_radars
 
 F = TypeVar("F")  # a DataFrame of any library
 SPEED_SD = 150.0  # m/s, of a target's velocity before anything is known of it
+ABREAST = (
+    16.0  # squared distance of velocities from which tracks part by themselves and own no plots against each other
+)
 
 
 class Tracker:
@@ -72,7 +75,7 @@ class Tracker:
         rules.association = association_called(association)
         rules.life = positive("stay", stay)
         rules.drop_after = np.inf if drop_after is None else positive("drop_after", drop_after)
-        rules.threads = thread_count(threads)
+        rules.threads, rules.abreast = thread_count(threads), ABREAST
         self.rules = rules
         self._declaration = self._declared(positive("speed_sd", speed_sd))
         self._engine = native.Engine(self._declaration)
