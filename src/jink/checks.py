@@ -6,7 +6,7 @@ import inspect
 import os
 import re
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -197,17 +197,17 @@ def by_hints(function: Callable[Given, Answer]) -> Callable[Given, Answer]:
 def _check_by_hint(name: str, hint: str, value: Any) -> None:
     if "None" in hint and value is None:
         return
-    hint = hint.removesuffix(" | None")
+    hint, given = hint.removesuffix(" | None"), cast(Any, value)
     if hint in ("ArrayLike", "Array"):
-        numbers(name, value)
+        numbers(name, given)
     elif hint == "float":
-        real(name, value)
-    elif hint == "int" and not (isinstance(value, int | np.integer) and abs(int(value)) < 2**31):
-        raise TypeError(f"{name}: expected a whole number below 2³¹, got {_short(value)}")
+        real(name, given)
+    elif hint == "int" and not (isinstance(given, int | np.integer) and abs(int(given)) < 2**31):
+        raise TypeError(f"{name}: expected a whole number below 2³¹, got {_short(given)}")
     elif hint.startswith("Literal["):
-        one_of(name, value, ast.literal_eval(f"({hint[8:-1]},)"))
-    elif hint.startswith(("Sequence[", "Iterable[")) and (isinstance(value, str | bytes) or not np.iterable(value)):
-        raise TypeError(f"{name}: expected several, got {_short(value)}")
+        one_of(name, given, ast.literal_eval(f"({hint[8:-1]},)"))
+    elif hint.startswith(("Sequence[", "Iterable[")) and (isinstance(given, str | bytes) or not np.iterable(given)):
+        raise TypeError(f"{name}: expected several, got {_short(given)}")
 
 
 def _shape_of(value: object) -> str:

@@ -60,7 +60,7 @@ def read(file: str, content: bytes) -> Records:
         if message.msg_type not in POSITIONS:
             others += 1
             continue
-        if message.lat is None or message.lon is None:
+        if getattr(message, "lat", None) is None or getattr(message, "lon", None) is None:
             refused.add(number, "not a whole message of AIS: it ends before the position", line)
             continue
         rows.append({"row": number} | _report(message, now))
