@@ -1,13 +1,13 @@
 """The default filter of aircraft on real flights seen by simulated radars, part by part.
 
     python -m benchmarks.parts [FLIGHTS] [--share 0.01] [--scale 20] [--draws 4] [--half held-out|fitted]
-        [--at-once]
+        [--at-once | --cost] [--extent 30000]
 
 Each flight is seen by a radar of its own place: 70 m and .068 degrees every 12 s, 50 m and .06 degrees every 4 s,
 heights to 10 m. The radar stands 30 to 120 km from the middle of the flight in a random direction. Of the plots a
 share has so many times the noise in range and azimuth. Truth is the local cubic of `benchmarks.flights`. Without
-FLIGHTS the quickstart collection is fetched once. With --at-once outliers are decided without hindsight. Standard
-errors are over flights, by the jackknife.
+FLIGHTS the quickstart collection is fetched once. With --at-once outliers are decided without hindsight; --cost
+prints what hindsight costs in CPU time, one thread. Standard errors are over flights, by the jackknife.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import argparse
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -112,12 +113,14 @@ def _plots(
     return flight.time[run], z, covariance, truth, gross
 
 
-def build(radar: Radar, hindsight: bool = True) -> IMM:
-    """The default filter for what such a radar sees."""
+def build(radar: Radar, hindsight: bool = True, extent: float | None = None) -> IMM:
+    """The default filter for what such a radar sees; extent (m): of outliers in x and y, if not the kind's."""
     sensor = Position(sd=(radar.range_sd, radar.range_sd, HEIGHT_SD), axes=3)
     default = default_filter("aircraft", sensor, interval=radar.period)
     taken = {name: getattr(default, name) for name in ("initial", "coast", "coasting")}
     outliers = replace(default.outliers, hindsight=hindsight)
+    if extent:
+        outliers = replace(outliers, extent=(extent, extent, default.outliers.extent[2]))
     return IMM(default.motions, sensor, default.transition, outliers=outliers, **taken)
 
 
@@ -186,6 +189,28 @@ def lines(found: Measured, data: Seen) -> list[str]:
     return out
 
 
+def calm(radar: Radar, tracks: int = 800, rows: int = 200) -> Tracks:
+    """Straight flights whose noise is cut at 1.8 sd: no plot is in doubt."""
+    rng = np.random.default_rng(0)
+    time = radar.period * np.arange(rows)
+    z = rng.normal(0.0, 150.0, (tracks, 1, 3)) * time[:, None] * (1.0, 1.0, 0.0)
+    z += np.clip(rng.standard_normal(z.shape), -1.8, 1.8) * (radar.range_sd, radar.range_sd, HEIGHT_SD)
+    return Tracks(np.tile(time, tracks), z.reshape(-1, 3), np.arange(0, tracks * rows + 1, rows))
+
+
+def cost(radar: Radar, tracks: Tracks, pairs: int = 9) -> str:
+    """CPU time with hindsight over that without: median and quartiles of pairs of runs, side by side."""
+    filters = build(radar, hindsight=False), build(radar)
+    seconds = np.empty((pairs, 2))
+    for k in range(pairs):
+        for which in ((0, 1), (1, 0))[k % 2]:
+            begin = process_time()
+            filters[which].filter(**tracks.keywords(), outputs=("x", "P", "status"), threads=1)
+            seconds[k, which] = process_time() - begin
+    low, middle, high = np.quantile(seconds[:, 1] / seconds[:, 0], (0.25, 0.5, 0.75))
+    return f"{middle:.3f} ({low:.3f} … {high:.3f}) of {1e9 * np.median(seconds[:, 0]) / tracks.rows:.0f} ns a row"
+
+
 def main() -> None:
     """Print the tables of both radars, with outliers and without."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -195,15 +220,23 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=4)
     parser.add_argument("--half", choices=("held-out", "fitted"), default="held-out")
     parser.add_argument("--at-once", action="store_true")
+    parser.add_argument("--cost", action="store_true")
+    parser.add_argument("--extent", type=float, help="m, of outliers as the filter believes; not the kind's")
     given = parser.parse_args()
     known = flights(given.flights or fetch_collection())
     some = [f for f in known if held_out(f) == (given.half == "held-out")]
     print(f"{len(some)} flights, {given.half}; each seen from {given.draws} places")
     for radar in RADARS:
+        if given.cost:
+            print(f"{radar.name}; none in doubt: {cost(radar, calm(radar))}", flush=True)
         for share in (given.share, 0.0) if given.share else (0.0,):
             data = seen(some, radar, share, given.scale, given.draws)
-            print(f"{radar.name}; {100 * share:g} % outliers of {given.scale:g} times the noise")
-            print("\n".join(lines(measure(build(radar, not given.at_once), data), data)), flush=True)
+            title = f"{radar.name}; {100 * share:g} % outliers of {given.scale:g} times the noise"
+            if given.cost:
+                print(f"{title}: {cost(radar, data.tracks)}", flush=True)
+                continue
+            print(title)
+            print("\n".join(lines(measure(build(radar, not given.at_once, given.extent), data), data)), flush=True)
 
 
 if __name__ == "__main__":

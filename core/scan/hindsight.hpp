@@ -5,7 +5,8 @@
 // Where p and 1 − p both exceed `least`, the track goes on as two banks of modes: one that was updated, with weight p, and one that
 // was not, with 1 − p. What goes out are both, matched in two moments. The next measurement has the density Σ w_h N_h. Weighed by
 // w_h N_h the updated banks become one again, mode by mode; weighed by w_h so do the predicted ones, which is what remains if
-// that measurement is an outlier. Then the next doubt may begin. Scans without a measurement decide nothing.
+// that measurement is an outlier. Then the next doubt may begin. Scans without a measurement decide nothing. A measurement that
+// surprise.hpp explains is believed at once.
 #pragma once
 
 #include "scan/consistency.hpp"
@@ -100,10 +101,13 @@ template <class T> class Hindsight {
         s.doubt = select<T>(measured, zero, s.doubt);
     }
 
+    // Are both explanations likely enough to be followed?
+    Mask<T> doubts(T target, T outlier) const { return magnitude(target - outlier) < splat<T>(most_lead); }
+
     // The lanes in which both are followed from here on: their banks are kept, before s becomes one of them.
     Mask<T> begin(TrackState<T> &s, const Propagate<T> &mine, Mask<T> may, T target, T outlier) const {
         const T lead = target - outlier;
-        const Mask<T> doubtful = may & (magnitude(lead) < splat<T>(most_lead));
+        const Mask<T> doubtful = may & doubts(target, outlier);
         if (!any(doubtful)) return doubtful;
         s.doubt = select<T>(doubtful, 1.0 / (1.0 + exponential<T>(select<T>(doubtful, lead, splat<T>(0.0)))), s.doubt);
         keep(s.arena, s.probability, doubtful, s.believed);

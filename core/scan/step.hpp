@@ -249,10 +249,12 @@ template <class T> class Step {
         out.log_likelihood = select<T>(out.measured, mixture, out.log_likelihood);
         out.gated = out.gated | (out.measured & (target < outlier) & s.running);
         const BestFit<T> fit = best;
-        Mask<T> explained = splat_mask<T>(false);
-        if (any(out.gated) && !scores.active()) {
-            explained = out.gated & (fit.nis <= splat<T>(unlikeliest)) & Surprise::explains<T>(s, fit, out.dof, c.log_target_share, outlier);
-            if (any(explained)) believe(s, sensor, m, select<T>(explained, Surprise::scale_with<T>(s, fit, out.dof), splat<T>(1.0)), out);
+        Mask<T> questioned = out.gated, explained = splat_mask<T>(false);
+        if (hindsight.active()) questioned = questioned | (out.measured & s.running & hindsight.doubts(target, outlier));
+        if (any(questioned) && !scores.active()) {
+            explained = questioned & (fit.nis <= splat<T>(unlikeliest)) & Surprise::explains<T>(s, fit, out.dof, c.log_target_share, outlier);
+            const Mask<T> widened = explained & out.gated;
+            if (any(widened)) believe(s, sensor, m, select<T>(widened, Surprise::scale_with<T>(s, fit, out.dof), splat<T>(1.0)), out);
             out.gated = out.gated & inverse(explained);
         }
         Surprise::add<T>(s, fit, out.dof, out.measured & s.running & inverse(out.gated));

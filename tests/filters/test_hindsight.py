@@ -75,7 +75,7 @@ def test_filter_agrees_with_the_textbook(name):
 @pytest.mark.parametrize("name", ["kalman-ca", "imm-mixed", "imm-3", "imm-sensors"])
 def test_smoother_agrees_with_the_textbook(name):
     """The textbook's does not coast."""
-    agrees(replace(TWINS[name], coasting=None), doubtful(TWINS[name], 28), smooth=True)
+    agrees(replace(TWINS[name], coasting=None), doubtful(TWINS[name], 40), smooth=True)
 
 
 def test_both_decisions_occur():

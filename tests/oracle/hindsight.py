@@ -113,8 +113,9 @@ class HindsightTrack(Track):
             self.doubt = None
         weights = np.exp(log_joint - log_joint.max())
         believed = merged(weights, [[Mode(u.x, u.P) for u in of] for of in found])
-        explained = 0.0
-        if scan.status == GATED and (explained := self.explained(every, work)):
+        doubtful = abs(target - outlier) < -np.log(LEAST)
+        explained = self.explained(every, work) if scan.status == GATED or doubtful else 0.0
+        if scan.status == GATED and explained:
             wide = [
                 update(m, work.sensor, p.x, explained * p.P, work.z, work.R, f.linearisation)
                 for m, p in zip(f.motions, none[0], strict=True)
@@ -130,7 +131,7 @@ class HindsightTrack(Track):
             self.rejected, scan.status = 0, UPDATED
             self.remember(every, int(work.present.sum()))
         weight = 1.0 / (1.0 + np.exp(np.clip(target - outlier, -700.0, 700.0)))
-        if scan.status == RESTARTED or explained or not abs(target - outlier) < -np.log(LEAST):
+        if scan.status == RESTARTED or explained or not doubtful:
             return
         self.doubt = scan.doubt = Doubt(Bank(*believed, 1.0 - weight), Bank(*none, weight), work)
         self.modes, self.mu = merged(np.array([(1.0 - weight) * believed[1], weight * none[1]]), [believed[0], none[0]])
