@@ -77,7 +77,7 @@ class Kind:
             self.motions(n),
             sensor,
             Sojourn(self.seconds, self.to),
-            outliers=Outliers(share=0.01, extent=extent, restart_after=2),
+            outliers=Outliers(share=0.01, extent=extent, restart_after=2, hindsight=True),
             initial=TwoPoint(velocity_sd=positive("speed", self.speed), bounded=True),
             coast=wait or None,
             coasting=replace(self.coasting, after=max(self.coasting.after, SEVERAL * interval)),
