@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..checks import Array, positive, whole
 from ..times import seconds
 from .picture import Picture
+from .tracker import Tracker
 
 CLAIMED = 0.5  # a plot that is no track's with less than this is not offered again
 
@@ -24,7 +24,7 @@ class Sectors:
     Errors: ValueError naming the argument.
     """
 
-    def __init__(self, tracker: Any, period: float, sensor: str | None = None, count: int = 16) -> None:
+    def __init__(self, tracker: Tracker, period: float, sensor: str | None = None, count: int = 16) -> None:
         if tracker.history:
             raise ValueError("tracker: sectors cannot come late; expected one without history=")
         self.tracker, self.sensor = tracker, sensor
