@@ -42,7 +42,7 @@ def test_a_notebook_shows_the_whole_page_in_a_frame(tracked):
 
 def test_tables_of_other_libraries(tracked):
     assert jink.plot(tracked.tracks.to_pandas()).html == jink.plot(tracked.tracks).html
-    with pytest.raises(TypeError, match=r"plot: expected tracks .* or a race of jink.compare, got int"):
+    with pytest.raises(TypeError, match=r"plot: what: expected tracks .* or a race of jink.compare, got int"):
         jink.plot(3)
     with pytest.raises(ValueError, match="target"):
         jink.plot(pl.DataFrame({"time": [0.0]}))

@@ -101,7 +101,7 @@ class Bank:
                 raise TypeError(f"motion: got the sensor {name}; expected the motion model first, then the sensor")
             if not callable(getattr(motion, "native", None)) and not callable(getattr(motion, "f", None)):
                 got = type(motion).__name__
-                raise TypeError(f"motions: expected jink's motion models or ones with f(x, dt), got {got}")
+                raise TypeError(f"motions: expected a motion model of jink or one with f(x, dt) and Q(dt), got {got}")
         self.sensors = as_sensors(sensor)
         self.outliers, self.coast = outliers, coast
         self.initial = initial if initial is not None else TwoPoint()
