@@ -10,7 +10,7 @@ import typer
 
 from ..io.errors import InputError
 from .exit_status import PACKAGES, exit_status
-from .request import Quiet, output_path, progress_line, say, words_of
+from .request import Quiet, TilesOption, check_tiles, output_path, progress_line, say, words_of
 
 if TYPE_CHECKING:
     import polars as pl
@@ -41,6 +41,7 @@ class ReportRequest:
         list[str] | None,
         typer.Option(metavar="NAMES", help="Show the tracks of these targets instead (with commas, or repeated)."),
     ] = None
+    tiles: TilesOption = None
     quiet: Quiet = False
 
 
@@ -60,33 +61,34 @@ def _run(request: ReportRequest) -> int:
     given = request.tracks.rstrip("/")
     page = output_path("-o", request.output or f"{given}.html", data=given)
     assert page is not None
+    check_tiles(request.tiles, page=True)
     wanted = words_of(request.target)
     written = [page]
     if "://" in given or is_archive(given):
-        written += _of_folder(given, wanted, page, request.quiet)
+        written += _of_folder(given, wanted, page, request)
     else:
-        _of_file(given, wanted, page)
+        _of_file(given, wanted, page, request.tiles)
     if not request.quiet:
         say(f"page in {' and '.join(map(str, written))}\n")
     return 0
 
 
-def _of_folder(given: str, wanted: list[str], page: Path, quiet: bool) -> list[Path]:
+def _of_folder(given: str, wanted: list[str], page: Path, request: ReportRequest) -> list[Path]:
     """Write the page; the one that is written beside it."""
     from ..archive.tracked import Tracks
 
     tracks = Tracks(given)
     if wanted:
-        _write(tracks.of_targets(wanted), page, given)
+        _write(tracks.of_targets(wanted), page, given, request.tiles)
         return []
     from ..report.overview_page import write_overview
     from ..report.survey import survey
 
-    with progress_line(not quiet) as tell:
-        return [write_overview(tracks, survey(tracks, tell), page)]
+    with progress_line(not request.quiet) as tell:
+        return [write_overview(tracks, survey(tracks, tell), page, request.tiles)]
 
 
-def _of_file(given: str, wanted: list[str], page: Path) -> None:
+def _of_file(given: str, wanted: list[str], page: Path, tiles: str | None) -> None:
     import polars as pl
 
     path = Path(given)
@@ -105,10 +107,10 @@ def _of_file(given: str, wanted: list[str], page: Path) -> None:
         if missing:
             raise InputError(f"{given} has no track of {', '.join(sorted(missing))}")
         tracks = tracks.filter(pl.col("target").cast(pl.String).is_in(wanted))
-    _write(tracks, page, given)
+    _write(tracks, page, given, tiles)
 
 
-def _write(tracks: pl.DataFrame, page: Path, given: str) -> None:
+def _write(tracks: pl.DataFrame, page: Path, given: str, tiles: str | None) -> None:
     from ..report.tracks_page import write_report
 
-    write_report(tracks, page, summary={}, title=f"Tracks of {given}")
+    write_report(tracks, page, summary={}, title=f"Tracks of {given}", tiles=tiles)

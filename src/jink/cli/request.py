@@ -122,6 +122,16 @@ SafeCsv = Annotated[
         **FLAG,
     ),
 ]
+TilesOption = Annotated[
+    str | None,
+    typer.Option(
+        "--tiles",
+        metavar="URL",
+        rich_help_panel="Output",
+        help="Lay the page's map over the pictures of a server. The address has z, x and y in braces; docs/page.md "
+        "shows one.",
+    ),
+]
 Columns = Annotated[
     list[str] | None,
     typer.Option(metavar="MAP", help="Name the columns of a file yourself: target=hex,time_ms=t."),
@@ -199,6 +209,17 @@ def check_at_least(least: int, **given: int | None) -> None:
     for name, value in given.items():
         if value is not None and value < least:
             raise InputError(f"--{name.replace('_', '-')} is {value}; expected at least {least}")
+
+
+def check_tiles(given: str | None, page: bool) -> None:
+    """Errors: InputError for an address that is none of tiles, and where no page is asked for."""
+    if given is None:
+        return
+    if not page:
+        raise InputError("--tiles is for a page: --report page.html")
+    from ..report.tiles import Tiles
+
+    Tiles(given)
 
 
 def check_seed(seed: int) -> None:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,7 +19,18 @@ import typer
 from ..io.errors import InputError
 from ..io.printable import printable
 from .exit_status import PACKAGES, exit_status
-from .request import FLAG, SafeCsv, check_kind, completed_from, json_text, parse_columns, parse_sites, words_of
+from .request import (
+    FLAG,
+    SafeCsv,
+    TilesOption,
+    check_kind,
+    check_tiles,
+    completed_from,
+    json_text,
+    parse_columns,
+    parse_sites,
+    words_of,
+)
 
 OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
 PLOTS = "Plots without identity"
@@ -128,6 +140,7 @@ class TrackRequest:
         str | None,
         typer.Option(metavar="FILE", rich_help_panel=OUTPUT, help="Write one HTML page that shows the tracks."),
     ] = None
+    tiles: TilesOption = None
     safe_csv: SafeCsv = False
     json: Annotated[bool, typer.Option("--json", rich_help_panel=OUTPUT, help="Print the summary as JSON.", **FLAG)] = (
         False
@@ -475,6 +488,7 @@ def _run_live(request: TrackRequest) -> int:
     for given, option in (
         (request.smooth, "--smooth"),
         (request.report, "--report"),
+        (request.tiles, "--tiles"),
         (request.output, "--output"),
         (request.json, "--json"),
         (request.keep, "--keep"),
@@ -505,6 +519,7 @@ def _run_archive(request: TrackRequest) -> int:
     reading, settings = settings_of(request)
     for given, option in (
         (request.report, "--report"),
+        (request.tiles, "--tiles"),
         (request.timings, "--timings"),
         (request.every, "--every"),
         (anonymous_of(request), "--anonymous and its like"),
@@ -587,6 +602,7 @@ def _run_files(request: TrackRequest, ledger: Any = None) -> int:
     kind = format_of(output) if output else ""
     if request.safe_csv:
         check_is_csv(request.output, kind)
+    check_tiles(request.tiles, report is not None)
     outputs = [path for path in (output, report) if path]
     for path in outputs:
         check_writable(path)
@@ -662,15 +678,15 @@ def _large(
         rejected_path(beside) if beside else None,
         progress,
         safe=request.safe_csv,
-        page=(report, _page_of) if report else None,
+        page=(report, partial(_page_of, tiles=request.tiles)) if report else None,
     )
     return done and (Tracked(None, None, done[0]), done[1])
 
 
-def _page_of(tracks: Any, path: Path, summary: dict[str, Any]) -> None:
+def _page_of(tracks: Any, path: Path, summary: dict[str, Any], tiles: str | None) -> None:
     from ..report import write_report
 
-    write_report(tracks, path, summary=summary)
+    write_report(tracks, path, summary=summary, tiles=tiles)
 
 
 def _answer(tracked: Any, quiet: bool) -> None:
@@ -706,7 +722,8 @@ def _write(tracked: Any, output: Path | None, kind: str, request: TrackRequest, 
             elif path is report:
                 from ..report import write_report
 
-                write_report(tracked.tracks, name, summary=tracked.summary, sky=getattr(tracked, "sky", None))
+                sky = getattr(tracked, "sky", None)
+                write_report(tracked.tracks, name, summary=tracked.summary, sky=sky, tiles=request.tiles)
             else:
                 with name.open("wb") as handle:
                     tracked.rejected.write_parquet(handle)

@@ -25,7 +25,7 @@ _ROWS = 500_000  # of all targets that can be looked at
 _UNITS = (("days", 86_400.0), ("hours", 3_600.0), ("minutes", 60.0), ("seconds", 0.0))
 
 
-def write_overview(tracks: Tracks, found: Survey, path: str | os.PathLike[str]) -> Path:
+def write_overview(tracks: Tracks, found: Survey, path: str | os.PathLike[str], tiles: str | None = None) -> Path:
     """Write the page, and beside it the tracks of the targets that it names; returns the path of the second one.
 
     Errors: OSError where one of them cannot be written.
@@ -35,7 +35,7 @@ def write_overview(tracks: Tracks, found: Survey, path: str | os.PathLike[str]) 
     worst, longest = least_consistent(found.targets), found.targets.sort("rows", "target", descending=[True, False])
     worst, longest = worst.head(SHOWN), longest.head(SHOWN)
     linked = _affordable(worst, longest)
-    write_page(beside, tracks_text(tracks.of_targets(linked), {}, f"Targets of {tracks.store.where}"))
+    write_page(beside, tracks_text(tracks.of_targets(linked), {}, f"Targets of {tracks.store.where}", tiles=tiles))
     write_page(page, page_text(tracks, found, worst, longest, set(linked), beside.name))
     return beside
 

@@ -22,6 +22,7 @@ _SHARED_SCRIPTS = ("data.js", "format.js", "canvas.js", "table.js")
 PLAN_AND_CHARTS = (
     "geometry.js",
     "world.js",
+    "tiles.js",
     "measure.js",
     "plan_draw.js",
     "plan.js",
@@ -76,15 +77,21 @@ def version() -> str:
         return "(not installed)"
 
 
-def page(*, title: str, body: str, scripts: Sequence[str], meta: Mapping[str, Any], block: ArrayBlock) -> str:
-    """The HTML text: body (HTML), scripts (assets, after the shared ones), meta (JSON-able) and arrays."""
+def page(
+    *, title: str, body: str, scripts: Sequence[str], meta: Mapping[str, Any], block: ArrayBlock, images: str = ""
+) -> str:
+    """The HTML text: body (HTML), scripts (assets, after the shared ones), meta (JSON-able) and arrays.
+
+    images: a server that the page may ask for pictures.
+    """
     drawing = fill(
         "drawing.html",
         meta=json_text({**meta, "arrays": block.manifest}),
         block=block.base64(),
         scripts="\n".join(asset(name) for name in (*_SHARED_SCRIPTS, *scripts)),
     )
-    return _shell(title, body, asset("style.css"), allowed="script-src 'unsafe-inline'; ", drawing=drawing)
+    allowed = "script-src 'unsafe-inline'; "
+    return _shell(title, body, asset("style.css"), allowed=allowed, drawing=drawing, images=images and f" {images}")
 
 
 def plain_page(*, title: str, body: str, style: str) -> str:
@@ -93,7 +100,9 @@ def plain_page(*, title: str, body: str, style: str) -> str:
 
 
 def _shell(title: str, body: str, style: str, **rest: str) -> str:
-    return fill("shell.html", title=escape(title), version=escape(version()), style=style, body=body, **rest)
+    return fill(
+        "shell.html", title=escape(title), version=escape(version()), style=style, body=body, **{"images": "", **rest}
+    )
 
 
 def write_page(path: str | os.PathLike[str], text: str) -> None:

@@ -22,6 +22,7 @@ from .shell import PLAN_AND_CHARTS, escape, fill, page, write_page
 from .sites import site_places
 from .sky_layers import add_sky
 from .targets import target_table
+from .tiles import Tiles
 from .world import add_world
 
 _SCRIPTS = (*PLAN_AND_CHARTS, "address.js", "replay.js", "exports.js", "space.js", "sky.js", "tracks.js")
@@ -38,22 +39,29 @@ def write_report(
     summary: Mapping[str, Any],
     title: str | None = None,
     sky: SkyPicture | None = None,
+    tiles: str | None = None,
 ) -> None:
     """Write one HTML file that shows `tracks` and needs no network, no server and no other file.
 
     tracks: the table that `jink.track` returns (needed: target, time, and latitude, longitude or x, y; the
     rest is shown when present). summary: counts and settings of the run, nested mappings of plain values,
-    shown as tables. sky: plots, tentative tracks and false plots, where plots had no identity. Raises
+    shown as tables. sky: plots, tentative tracks and false plots, where plots had no identity. tiles: the address of a
+    map server's pictures with {z}, {x} and {y}; the page then asks that server for them. Raises
     ValueError naming missing columns, OSError when `path` cannot be written. Every
     number is computed from all rows; only what is drawn is decimated, keeping the shape of every curve.
     """
-    write_page(path, page_text(tracks, summary, title, sky))
+    write_page(path, page_text(tracks, summary, title, sky, tiles))
 
 
 def page_text(
-    tracks: pl.DataFrame, summary: Mapping[str, Any], title: str | None = None, sky: SkyPicture | None = None
+    tracks: pl.DataFrame,
+    summary: Mapping[str, Any],
+    title: str | None = None,
+    sky: SkyPicture | None = None,
+    tiles: str | None = None,
 ) -> str:
     """The page as HTML."""
+    server = Tiles(tiles).origin if tiles else ""
     title = title or _title(summary)
     every = read_rows(tracks)
     check = _check(every)
@@ -75,6 +83,7 @@ def page_text(
         "liveliest": _liveliest(table, rows),
         "sites": drawing.sites,
         "sky": drawing.sky,
+        "tiles": tiles,
     }
     body = fill(
         "tracks.html",
@@ -86,9 +95,10 @@ def page_text(
             _footer(drawing.drawn, len(every), listed, len(every.names))
             + _footer_of_sky(drawing.sky)
             + _of_lag(summary)
+            + (f" The map's pictures come from {server}." if server and drawing.frame else "")
         ),
     )
-    return page(title=title, body=body, scripts=_SCRIPTS, meta=meta, block=drawing.block)
+    return page(title=title, body=body, scripts=_SCRIPTS, meta=meta, block=drawing.block, images=server)
 
 
 def _title(summary: Mapping[str, Any]) -> str:

@@ -19,6 +19,7 @@ class PlanView {
     this.measure = new Measure(this);
     this.overlays = [];
     this.under = []; // what is drawn below the tracks
+    this.tiles = tracks.meta.tiles && this.frame ? new Tiles(this, tracks.meta.tiles) : null;
     listenToPlan(this);
   }
 
@@ -146,7 +147,8 @@ class PlanView {
   }
 
   drawGround(ctx) {
-    drawWorld(ctx, this);
+    if (this.tiles) this.tiles.draw(ctx);
+    else drawWorld(ctx, this);
     drawGraticule(ctx, this);
     drawSites(ctx, this);
   }
