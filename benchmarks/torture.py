@@ -18,6 +18,8 @@ import time as clock
 import zlib
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
+from dataclasses import replace
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -59,14 +61,13 @@ class Found(NamedTuple):
 
 def made(case: Case, sd: float, step: float, rng: np.random.Generator) -> Any:
     """The filter for a purpose drawn at random. Errors: ValueError where it cannot be made for it."""
-    purpose = Purpose(
-        sensor=SENSORS[case.sensor](sd),
-        kind=str(rng.choice(list(KINDS))),
-        sd=sd,
-        interval=step,
-        outliers=Outliers() if rng.random() < 0.5 else None,
-    )
-    return FILTERS[case.filter](purpose).filter
+    kind, outliers = str(rng.choice(list(KINDS))), Outliers() if rng.random() < 0.5 else None
+    purpose = Purpose(sensor=SENSORS[case.sensor](sd), kind=kind, sd=sd, interval=step, outliers=outliers)
+    make = FILTERS[case.filter]
+    if outliers is not None and rng.random() < 0.5:
+        with suppress(ValueError):  # not every filter can decide with hindsight
+            return make(replace(purpose, outliers=Outliers(hindsight=True))).filter
+    return make(purpose).filter
 
 
 def run(case: Case) -> Found:

@@ -80,6 +80,9 @@ template <class T> class Step {
         return {c.count, ahead.prior.data(), innovations.data()};
     }
 
+    // A slot that no lane has a mode in: nothing was predicted for it, and what lies there is of other tracks.
+    bool unused(const TrackState<T> &s, int j) const { return c.proposes() && j < c.count && !any(living(s.next[j])); }
+
     void update_modes(TrackState<T> &s, const Sensor<T> &sensor, const Measurement<T> &m, int detail) {
         update_bank(s, ahead, innovations, sensor, m, detail);
     }
@@ -88,7 +91,7 @@ template <class T> class Step {
         const SensorSpec spec = seen(sensor);
         for (int j = 0; j < int(c.modes.size()); ++j) {
             const Mode<T> &mode = c.modes[j];
-            if (c.proposes() && j < c.count && !any(living(s.next[j]))) continue;
+            if (unused(s, j)) continue;
             const UpdateKernels<T> &k = mode.update;
             UpdateKernel<T> kernel = k.general;
             if (spec.linear()) kernel = spec.kind == SensorKind::position ? k.position : k.position_velocity;
@@ -273,9 +276,12 @@ template <class T> class Step {
             ahead.again_without_fix(same, input, which);
             for (std::size_t k = 0; k < s.carry.size(); ++k) s.carry[k] = select<T>(which, same.carry[k], s.carry[k]);
         }
-        for (const Mode<T> &mode : c.modes)
+        for (int j = 0; j < int(c.modes.size()); ++j) {
+            if (unused(s, j)) continue;
+            const Mode<T> &mode = c.modes[j];
             for (int k = mode.place; k < mode.place + mode.size(); ++k)
                 s.arena[k] = select<T>(which, ahead.predicted[k], s.arena[k]);
+        }
         for (int j = 0; j < c.count; ++j) s.probability[j] = select<T>(which, ahead.prior[j], s.probability[j]);
     }
 
