@@ -88,3 +88,9 @@ def test_import_jink_imports_numpy_alone():
     "print(*sorted({m.split('.')[0] for m in set(sys.modules) - before}))"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert {m for m in shown if m not in sys.stdlib_module_names} <= {"jink", "numpy"}
+
+
+def test_tests_have_names_of_their_own():
+    """pytest takes two files of one name for one module."""
+    names = [path.name for path in Path(__file__).parent.rglob("test_*.py")]
+    assert len(names) == len(set(names))
