@@ -51,19 +51,21 @@ def test_mutations_at_the_border_end_in_an_error_or_an_answer(what):
     assert counts["other"] == counts["crashes"] == 0
 
 
-def test_rows_that_are_gated_keep_nothing_of_other_tracks():
-    """Tracks that share an engine come out as each would alone; slots without a mode held what lay there before."""
-    case = torture.Case("vsmm-ds", "position-velocity-2", (1e-6,), (1e-4,), 6, 0, 1)
-    rng = np.random.default_rng(zlib.crc32(b"vsmm-ds/position-velocity-2/0/1"))
-    filter = torture.made(case, 1e-6, 1e-4, rng)
-    tracks = torture.TRACKS
-    rows = torture.hostile(filter.sensors[0], 1e-6, 1e-4, tracks, case.scans, rng)
+@pytest.mark.parametrize(
+    ("sensor", "number", "sd", "scans"),
+    [("position-velocity-2", "0/1", 1e-6, 6), ("position-velocity-3", "18/3", 25.0, 89)],
+)
+def test_tracks_together_are_what_each_is_alone(sensor, number, sd, scans):
+    """Tracks share an engine, whose slots without a mode hold what lay there before, of other tracks."""
+    name, step, tracks = f"vsmm-ds/{sensor}/{number}", 1e-4, torture.TRACKS
+    rng = np.random.default_rng(zlib.crc32(name.encode()))
+    filter = torture.made(torture.Case("vsmm-ds", sensor, (sd,), (step,), scans, 0, 1), sd, step, rng)
+    rows = torture.hostile(filter.sensors[0], sd, step, tracks, scans, rng)
     time, z = rows.time.reshape(tracks, -1), rows.z.reshape(tracks, -1, rows.z.shape[-1])
     together, alone = filter.start(tracks), [filter.start(1) for _ in range(tracks)]
-    gated = 0
-    for scan in range(time.shape[1]):
-        all_of_them = together.update(time[:, scan], z[:, scan])
+    for scan in range(6):
+        every = together.update(time[:, scan], z[:, scan])
         each = [one.update(time[t, scan : scan + 1], z[t, scan][None]) for t, one in enumerate(alone)]
-        assert np.array_equal(all_of_them.x, np.concatenate([one.x for one in each]), equal_nan=True)
-        gated += int((np.asarray(all_of_them.status) == Status.gated).sum())
-    assert gated > 50
+        for field in ("x", "mode_probability", "log_likelihood"):
+            apart = np.concatenate([getattr(one, field) for one in each])
+            assert np.array_equal(getattr(every, field), apart, equal_nan=True)

@@ -83,6 +83,14 @@ template <class T> class Step {
     // A slot that no lane has a mode in: nothing was predicted for it, and what lies there is of other tracks.
     bool unused(const TrackState<T> &s, int j) const { return c.proposes() && j < c.count && !any(living(s.next[j])); }
 
+    // What is seen of a mode that there is not.
+    static Innovation<T> nothing() {
+        Innovation<T> v{};
+        v.det = splat<T>(1.0);
+        for (auto &S : v.S) S = splat<T>(1.0);
+        return v;
+    }
+
     void update_modes(TrackState<T> &s, const Sensor<T> &sensor, const Measurement<T> &m, int detail) {
         update_bank(s, ahead, innovations, sensor, m, detail);
     }
@@ -91,7 +99,10 @@ template <class T> class Step {
         const SensorSpec spec = seen(sensor);
         for (int j = 0; j < int(c.modes.size()); ++j) {
             const Mode<T> &mode = c.modes[j];
-            if (unused(s, j)) continue;
+            if (unused(s, j)) {
+                found[j] = nothing();
+                continue;
+            }
             const UpdateKernels<T> &k = mode.update;
             UpdateKernel<T> kernel = k.general;
             if (spec.linear()) kernel = spec.kind == SensorKind::position ? k.position : k.position_velocity;
@@ -370,12 +381,7 @@ template <class T>
 Step<T>::Step(const Composition<T> &composition)
     : c(composition), ahead(composition), estimation(composition), dimension(composition), scores(composition), hindsight(composition), before(composition) {
     const int hypotheses = ahead.pairwise() ? c.count * c.count : c.count;
-    innovations.resize(hypotheses + c.declared.side.size());
-    for (auto &v : innovations) {
-        v = Innovation<T>();
-        v.det = splat<T>(1.0);
-        for (auto &S : v.S) S = splat<T>(1.0);
-    }
+    innovations.assign(hypotheses + c.declared.side.size(), nothing());
     if (ahead.pairwise()) posterior.resize(hypotheses), updated.resize(ahead.pairs.size());
     if (estimation.active()) always = with_innovations;
 }
