@@ -20,6 +20,7 @@ from jink.tracking.cleaning import Cleaning, clean
 from jink.tracking.noise_level import noise_levels
 from jink.tracking.placing import begin_with_height, place
 
+BREAK = 60.0  # s without a true position: a new track begins
 REACH = 10.0  # s: the local cubic sees this far back and ahead
 LONG = 40  # positions it uses at most
 SETTLED = 10  # scans of a track before its predictions count
@@ -92,6 +93,21 @@ def flights(path: Path) -> tuple[Flight, ...]:
 def held_out(flight: Flight) -> bool:
     """Whether nothing may be fitted on it."""
     return zlib.crc32(flight.target.encode()) % 2 == 1
+
+
+def sampled(flight: Flight, period: float, least: int) -> list[np.ndarray]:
+    """Rows of a flight about a period apart, cut where the truth is unknown for longer than `BREAK`.
+
+    least: rows of a piece; shorter ones are left out.
+    """
+    at, last = [], -np.inf
+    known = np.isfinite(flight.truth).all(axis=1) & np.isfinite(flight.velocity).all(axis=1)
+    for k in np.flatnonzero(known):
+        if flight.time[k] >= last + period - 1e-6:
+            at.append(k)
+            last = flight.time[k]
+    breaks = np.flatnonzero(np.diff(flight.time[at]) > BREAK) + 1
+    return [run for run in np.split(np.array(at, int), breaks) if len(run) >= least]
 
 
 def local_cubic(time: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

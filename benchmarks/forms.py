@@ -26,7 +26,7 @@ from scipy.optimize import minimize
 
 import jink
 from benchmarks.commands import fetch_collection
-from benchmarks.flights import SETTLED, Flight, flights, held_out
+from benchmarks.flights import SETTLED, Flight, flights, held_out, sampled
 from jink.io.geodesy import SiteFrame
 
 GRAVITY, TURNING = 9.80665, 0.15
@@ -71,25 +71,13 @@ def seen(some: list[Flight], radar: tuple[float, float, float], seed: int) -> Pl
     """Every flight once, by a radar at a random place."""
     rng, tables, number = np.random.default_rng(seed), [], []
     for k, flight in enumerate(some):
-        for part, run in enumerate(_runs(flight, radar[0])):
+        for part, run in enumerate(sampled(flight, radar[0], 3 * SETTLED)):
             tables.append(_table(f"{k:03}.{part}", flight, run, radar, rng))
             number.append(np.full(len(run), k))
     table = pl.concat(tables)
     age = np.concatenate([np.arange(each.height) for each in tables])
     settled = age >= SETTLED
     return Plots(table, np.concatenate(number), settled, settled & (table["pull"].to_numpy() > TURNING))
-
-
-def _runs(flight: Flight, period: float) -> list[np.ndarray]:
-    """Rows of a flight about a period apart, cut where the truth is unknown for a minute."""
-    at, last = [], -np.inf
-    known = np.isfinite(flight.truth).all(axis=1) & np.isfinite(flight.velocity).all(axis=1)
-    for k in np.flatnonzero(known):
-        if flight.time[k] >= last + period - 1e-6:
-            at.append(k)
-            last = flight.time[k]
-    breaks = np.flatnonzero(np.diff(flight.time[at]) > 60.0) + 1
-    return [run for run in np.split(np.array(at, int), breaks) if len(run) >= 3 * SETTLED]
 
 
 def _table(

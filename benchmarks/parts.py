@@ -23,14 +23,13 @@ import numpy as np
 from scipy.stats import chi2
 
 from benchmarks.commands import fetch_collection
-from benchmarks.flights import SETTLED, Flight, flights, held_out
+from benchmarks.flights import SETTLED, Flight, flights, held_out, sampled
 from jink import IMM, Position, default_filter
 from jink.fit.regimes import PARTS, parts
 from jink.models.tracks import Tracks
 
 HEIGHT_SD = 10.0  # m
 NEAREST, FARTHEST = 30e3, 120e3  # m, from the radar to the middle of a flight
-BREAK = 60.0  # s without a true position: a new track begins
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ def seen(some: list[Flight], radar: Radar, share: float, scale: float, draws: in
     rows, owner = [], []
     for draw in range(draws):
         for k, flight in enumerate(some):
-            for run in _runs(flight, radar.period):
+            for run in sampled(flight, radar.period, 2 * SETTLED):
                 rows.append(_plots(flight, run, radar, share, scale, rng))
                 owner.append(k)
         del draw
@@ -75,18 +74,6 @@ def seen(some: list[Flight], radar: Radar, share: float, scale: float, draws: in
     age = np.arange(len(time)) - np.repeat(offsets[:-1], lengths)
     part = parts(tracks, np.zeros(3))
     return Seen(tracks, gross, part, np.array(owner)[tracks.of_row], age >= SETTLED)
-
-
-def _runs(flight: Flight, period: float) -> list[np.ndarray]:
-    """Rows of a flight about a period apart, cut where the truth is unknown for long."""
-    at, last = [], -np.inf
-    known = np.isfinite(flight.truth).all(axis=1) & np.isfinite(flight.velocity).all(axis=1)
-    for k in np.flatnonzero(known):
-        if flight.time[k] >= last + period - 1e-6:
-            at.append(k)
-            last = flight.time[k]
-    breaks = np.flatnonzero(np.diff(flight.time[at]) > BREAK) + 1
-    return [run for run in np.split(np.array(at, int), breaks) if len(run) >= 2 * SETTLED]
 
 
 def _plots(

@@ -137,3 +137,8 @@ def manifest_of(store: Store) -> dict[str, Any] | None:
     """The manifest of a complete folder."""
     content = store.get(MANIFEST)
     return None if content is None else json.loads(content)
+
+
+def incomplete(path: str | Path) -> Stopped:
+    """What is said of a folder without a manifest."""
+    return Stopped(f"{path} is not complete (there is no {MANIFEST}); run the same jink track again")

@@ -10,9 +10,8 @@ import polars as pl
 from ..io.measurements import Measurements
 from . import job as names
 from .errors import Stopped
-from .folder import MANIFEST
 from .gathering import gather, kind_of, places
-from .manifest import Plan, manifest_of
+from .manifest import Plan, incomplete, manifest_of
 from .store import Store
 
 ROWS = 200_000  # of a sample, about
@@ -25,7 +24,7 @@ def sample(path: str | Path, rows: int = ROWS) -> tuple[Measurements, str]:
     store = Store(str(path).rstrip("/"))
     plan, manifest = Plan.read(store), manifest_of(store)
     if plan is None or manifest is None:
-        raise Stopped(f"{path} is not complete (there is no {MANIFEST}); run the same jink track again")
+        raise incomplete(path)
     said = [_said(store, number) for number in range(len(plan.inputs))]
     kind = kind_of(said)
     frames: list[pl.DataFrame] = []

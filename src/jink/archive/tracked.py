@@ -10,9 +10,8 @@ import polars as pl
 
 from . import job as names
 from .errors import Stopped
-from .folder import MANIFEST
 from .hashing import bucket_of
-from .manifest import manifest_of
+from .manifest import incomplete, manifest_of
 from .store import Store
 
 
@@ -23,7 +22,7 @@ class Tracks:
         self.store = Store(str(path).rstrip("/"))
         manifest = manifest_of(self.store)
         if manifest is None:
-            raise Stopped(f"{path} is not complete (there is no {MANIFEST}); run the same jink track again")
+            raise incomplete(path)
         self.summary: dict[str, Any] = manifest["summary"]
         self._count = len(manifest["buckets"])
         self.buckets = [each["bucket"] for each in manifest["buckets"] if each["bytes"]]
