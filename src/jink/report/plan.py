@@ -28,11 +28,17 @@ def plan_coordinates(rows: TrackRows) -> tuple[np.ndarray, np.ndarray, dict[str,
     return east, north, {"latitude": lat0, "longitude": lon0, "radius": EARTH_RADIUS}
 
 
-def plan_point(frame: dict[str, float], latitude: float, longitude: float) -> tuple[float, float]:
-    """(east, north) in metres of one place, on the side of the date line that is nearer to the frame's origin."""
+def plan_points(frame: dict[str, float], latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(east, north) in metres of places, on the side of the date line that is nearer to the frame's origin."""
     turn = (longitude - frame["longitude"] + 180.0) % 360.0 - 180.0
     east = frame["radius"] * np.cos(np.radians(frame["latitude"])) * np.radians(turn)
-    return float(east), float(frame["radius"] * np.radians(latitude - frame["latitude"]))
+    return east, frame["radius"] * np.radians(latitude - frame["latitude"])
+
+
+def plan_point(frame: dict[str, float], latitude: float, longitude: float) -> tuple[float, float]:
+    """The same of one place."""
+    east, north = plan_points(frame, np.asarray(latitude), np.asarray(longitude))
+    return float(east), float(north)
 
 
 def measured_coordinates(

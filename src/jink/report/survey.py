@@ -17,7 +17,7 @@ from ..archive.tracked import Tracks
 from ..checks import Array
 from ..estimate import Status
 from .consistency import BINS, Consistency, consistency
-from .plan import EARTH_RADIUS
+from .plan import EARTH_RADIUS, plan_points
 from .rows import seconds_of, status_of
 
 SPANS = 240  # of time, in which targets are counted
@@ -154,9 +154,7 @@ def _place(table: pl.DataFrame, frame: dict[str, float] | None) -> tuple[Array, 
     if frame is None:
         return table["x"].cast(pl.Float64).to_numpy(), table["y"].cast(pl.Float64).to_numpy()
     latitude, longitude = (table[name].cast(pl.Float64).to_numpy() for name in ("latitude", "longitude"))
-    turn = (longitude - frame["longitude"] + 180.0) % 360.0 - 180.0
-    east = frame["radius"] * np.cos(np.radians(frame["latitude"])) * np.radians(turn)
-    return east, frame["radius"] * np.radians(latitude - frame["latitude"])
+    return plan_points(frame, latitude, longitude)
 
 
 def _lines(frame: pl.DataFrame, begin: float, end: float) -> tuple[pl.DataFrame, Consistency, pl.DataFrame]:
