@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,9 +29,9 @@ class Block:
 @dataclass(frozen=True)
 class Answer:
     """position, velocity, acceleration (B, S, axes), NaN or None where there is none; nis, nis_dof and
-    log_likelihood (B, S) of the measurements; covariance as independent blocks; manoeuvring (B, S), the
-    probability of a manoeuvre as `jink track` says it; modes by name and their probabilities (B, S, M), of the first
-    axis where filters run along each axis by themselves."""
+    log_likelihood (B, S) of the measurements; covariance as independent blocks; modes by name and their probabilities
+    (B, S, M), of the first axis where filters run along each axis by themselves; tell: gives manoeuvring.
+    """
 
     position: Array
     velocity: Array | None = None
@@ -39,9 +40,17 @@ class Answer:
     nis: Array | None = None
     nis_dof: Array | None = None
     log_likelihood: Array | None = None
-    manoeuvring: Array | None = None
     modes: tuple[str, ...] = ()
     probability: Array | None = None
+    tell: Callable[[], Array] | None = None
+
+    @cached_property
+    def manoeuvring(self) -> Array | None:
+        """The probability (B, S) of a manoeuvre as `jink track` says it, None where the modes do not tell manoeuvres.
+
+        It is told when it is asked for, so that the time a filter takes is its own.
+        """
+        return None if self.tell is None else self.tell()
 
 
 def raw(simulation: Simulation) -> Answer:
@@ -63,8 +72,12 @@ def filtered(filter: Any, simulation: Simulation) -> Answer:
     answer = jointly(estimate, simulation)
     if not any(estimate.non_manoeuvring):
         return answer
-    busy = probabilities(Moving.of(estimate, simulation.time.reshape(-1), _begins(simulation)), what)[0]
-    return replace(answer, manoeuvring=busy.reshape(simulation.time.shape))
+
+    def tell() -> Array:
+        moving = Moving.of(estimate, simulation.time.reshape(-1), _begins(simulation))
+        return probabilities(moving, what)[0].reshape(simulation.time.shape)
+
+    return replace(answer, tell=tell)
 
 
 def per_axis(filter: Any, sensor: Any) -> bool:
@@ -156,6 +169,9 @@ def _along_each_axis(filter: Any, simulation: Simulation, what: Manoeuvres) -> A
     )
     if not any(estimate.non_manoeuvring):
         return answer
-    variances = np.moveaxis(np.einsum("basii->basi", P), 1, 2)
-    busy = probabilities(_along_axes(estimate, answer, variances, simulation), what)[0]
-    return replace(answer, manoeuvring=busy.reshape(B, S))
+
+    def tell() -> Array:
+        variances = np.moveaxis(np.einsum("basii->basi", P), 1, 2)
+        return probabilities(_along_axes(estimate, answer, variances, simulation), what)[0].reshape(B, S)
+
+    return replace(answer, tell=tell)
