@@ -31,6 +31,7 @@ class Plots {
     std::vector<double> z, noise;
     std::vector<double> log_unit;            // logarithm of the unit of each
     std::vector<double> time;                // empty where all have the scan's
+    double earliest = 0.0, latest = 0.0;     // of these times
     std::vector<std::int64_t> code;
     std::vector<char> waiting;
     int columns = 0, terms = 0;
@@ -101,6 +102,7 @@ class Plots {
         fix.resize(count), z.resize(std::size_t(count) * columns), noise.resize(std::size_t(count) * terms);
         log_unit.assign(count, 0.0), code.assign(count, -1), waiting.assign(count, 0), time.resize(rows.time ? count : 0);
         for (double &value : largest) value = 0.0;
+        earliest = INFINITY, latest = -INFINITY;
         for (int k = 0; k < count; ++k) {
             const std::int64_t j = row[k];
             fix[k] = positions[j];
@@ -113,7 +115,7 @@ class Plots {
             if (rows.unit) log_unit[k] = std::log(rows.unit[j]);
             if (rows.code) code[k] = rows.code[j];
             if (rows.waiting) waiting[k] = rows.waiting[j] != 0;
-            if (rows.time) time[k] = rows.time[j];
+            if (rows.time) time[k] = rows.time[j], earliest = std::min(earliest, time[k]), latest = std::max(latest, time[k]);
             for (int a = 0; a < 3; ++a) largest[a] = std::max(largest[a], fix[k].P[packed(a, a)]);
         }
     }

@@ -35,13 +35,17 @@ class Scanner {
         const int block = c.reported.block, axes = std::min(c.reported.axes, 2);
         for (int l = 0; l < lanes; ++l) {
             if (!live[l]) continue;
-            const double dt = middle - s.time[l];
             double low[2] = {-INFINITY, -INFINITY}, high[2] = {INFINITY, INFINITY}, least = INFINITY;
             for (int a = 0; a < axes; ++a) {
                 const int p = a * block, v = p + 1;
-                const double variance = P[packed(p, p)][l] + dt * (2.0 * P[packed(v, p)][l] + dt * P[packed(v, v)][l]);
-                const double reach = std::sqrt(gate2 * (variance + plots.largest[a]));
-                low[a] = x[p][l] + dt * x[v][l] - reach, high[a] = x[p][l] + dt * x[v][l] + reach;
+                low[a] = INFINITY, high[a] = -INFINITY;
+                // From the first plot to the last the target moves; the spread is largest at an end.
+                for (const double at : {plots.earliest, plots.latest}) {
+                    const double dt = at - s.time[l];
+                    const double variance = P[packed(p, p)][l] + dt * (2.0 * P[packed(v, p)][l] + dt * P[packed(v, v)][l]);
+                    const double reach = std::sqrt(gate2 * (variance + plots.largest[a])), mean = x[p][l] + dt * x[v][l];
+                    low[a] = std::min(low[a], mean - reach), high[a] = std::max(high[a], mean + reach);
+                }
             }
             plots.within(low, high, [&](int j) {
                 double far = 0.0;
