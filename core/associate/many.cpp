@@ -57,13 +57,19 @@ void Many::predict(double t, int sensor) {
     const int packs = int(pool.packs.size());
     candidates.resize(pool.slots()), shares.resize(pool.slots());
     crowded.assign(packs, 0);
+    const SensorView &view = sensors[sensor];
+    Gate gate{rules.gate};
+    if (view.scanning) gate.log_odds = std::log(view.detection / (1.0 - view.detection)) - std::log(view.clutter + view.detection * view.undetected);
     over_packs([&](Scanner &scanner, int p) {
-        bool live[lanes], some = false;
-        for (int l = 0; l < lanes; ++l) some = (live[l] = pool.live(p * lanes + l)) || some;
+        bool live[lanes], sure[lanes], some = false;
+        for (int l = 0; l < lanes; ++l) {
+            some = (live[l] = pool.live(p * lanes + l)) || some;
+            sure[l] = view.scanning && pool.life[p * lanes + l].existence > rules.established;
+        }
         TrackPack &pack = pool.packs[p];
         const bool instant = plots.time.empty() || !some;
-        scanner.predict(pack, instant ? larger<Pack>(splat<Pack>(t), pack.state.time) : scanner.expected(pack, plots, t, rules.gate, live));
-        if (some) crowded[p] = scanner.gate(pool.packs[p], plots, sensor, rules.gate, rules.most_plots, live, &candidates[p * lanes]);
+        scanner.predict(pack, instant ? larger<Pack>(splat<Pack>(t), pack.state.time) : scanner.expected(pack, plots, t, gate, live, sure));
+        if (some) crowded[p] = scanner.look(pack, plots, sensor, gate, rules.most_plots, live, sure, &candidates[p * lanes]);
     });
 }
 

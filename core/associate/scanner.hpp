@@ -19,6 +19,20 @@ struct Share {
     double weight;
 };
 
+// Which plots a track looks at: those within d2 < square in some mode. A sure track also looks farther, at plots that are
+// likelier to be its own than to be false while it is missed: log(Pd l / ((1 - Pd) ground)) > 0, the maximum likelihood gate
+// (Blackman, Multiple-Target Tracking with Radar Applications, 1986). Where clutter is sparse, an unforeseen turn stays in it.
+struct Gate {
+    double square = 16.0;
+    double log_odds = -INFINITY;  // log(Pd / ((1 - Pd) ground)); ground: density of plots that are no track's
+
+    // The square within which a plot may be likelier, for variances of the innovation along the axes.
+    double widest(double xx, double yy) const {
+        constexpr double log_two_pi = 1.83787706640934548356;
+        return std::max(square, 2.0 * (log_odds - log_two_pi) - std::log(xx * yy));
+    }
+};
+
 class Scanner {
   public:
     explicit Scanner(const Composition<Pack> &composition)
@@ -28,7 +42,7 @@ class Scanner {
     }
 
     // When each lane's track is seen in a scan that takes time: with the nearest plot near where it will be, else in the middle.
-    Pack expected(const TrackPack &pack, const Plots &plots, double middle, double gate2, const bool *live) {
+    Pack expected(const TrackPack &pack, const Plots &plots, double middle, const Gate &gate, const bool *live, const bool *sure) {
         const TrackState<Pack> &s = pack.state;
         Pack x[largest_state], P[packed_size(largest_state)], when = splat<Pack>(middle);
         combine(s.arena.data(), s.probability.data(), x, P);
@@ -36,16 +50,20 @@ class Scanner {
         for (int l = 0; l < lanes; ++l) {
             if (!live[l]) continue;
             double low[2] = {-INFINITY, -INFINITY}, high[2] = {INFINITY, INFINITY}, least = INFINITY;
-            for (int a = 0; a < axes; ++a) {
-                const int p = a * block, v = p + 1;
-                low[a] = INFINITY, high[a] = -INFINITY;
-                // From the first plot to the last the target moves; the spread is largest at an end.
-                for (const double at : {plots.earliest, plots.latest}) {
-                    const double dt = at - s.time[l];
-                    const double variance = P[packed(p, p)][l] + dt * (2.0 * P[packed(v, p)][l] + dt * P[packed(v, v)][l]);
-                    const double reach = std::sqrt(gate2 * (variance + plots.largest[a])), mean = x[p][l] + dt * x[v][l];
-                    low[a] = std::min(low[a], mean - reach), high[a] = std::max(high[a], mean + reach);
+            double mean[2][2], variance[2][2], square[2];
+            // From the first plot to the last the target moves; the spread is largest at an end.
+            for (int end = 0; end < 2; ++end) {
+                const double dt = (end ? plots.latest : plots.earliest) - s.time[l];
+                for (int a = 0; a < axes; ++a) {
+                    const int p = a * block, v = p + 1;
+                    mean[end][a] = x[p][l] + dt * x[v][l];
+                    variance[end][a] = P[packed(p, p)][l] + dt * (2.0 * P[packed(v, p)][l] + dt * P[packed(v, v)][l]) + plots.largest[a];
                 }
+                square[end] = sure[l] && axes > 1 ? gate.widest(variance[end][0], variance[end][1]) : gate.square;
+            }
+            for (int a = 0; a < axes; ++a) {
+                const double first = std::sqrt(square[0] * variance[0][a]), last = std::sqrt(square[1] * variance[1][a]);
+                low[a] = std::min(mean[0][a] - first, mean[1][a] - last), high[a] = std::max(mean[0][a] + first, mean[1][a] + last);
             }
             plots.within(low, high, [&](int j) {
                 double far = 0.0;
@@ -71,14 +89,15 @@ class Scanner {
     }
 
     // Candidates of every lane, in the order of plots; at most `most`, those nearest the middle of the gate. True if some were left out.
-    bool gate(const TrackPack &pack, const Plots &plots, int sensor, double gate2, int most, const bool *live, std::vector<Candidate> *found) {
+    bool look(const TrackPack &pack, const Plots &plots, int sensor, const Gate &gate, int most, const bool *live, const bool *sure,
+              std::vector<Candidate> *found) {
         bool crowded = false;
         int longest = 0;
         for (int l = 0; l < lanes; ++l) {
             near[l].clear(), found[l].clear();
             if (!live[l]) continue;
             double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
-            box(pack, plots, std::sqrt(gate2), l, low, high);
+            box(pack, plots, gate, sure[l], l, low, high);
             plots.within(low, high, [&](int j) { near[l].push_back(j); });
             if (int(near[l].size()) > most) crowded = true, nearest(plots, low, high, most, near[l]);
             std::sort(near[l].begin(), near[l].end());
@@ -87,8 +106,12 @@ class Scanner {
         for (int k = 0; k < longest; ++k) {
             const Mask<Pack> mine = bring(plots, sensor, [&](int l) { return k < int(near[l].size()) ? near[l][k] : -1; });
             weigh(pack, sensor);
-            for (int l = 0; l < lanes; ++l)
-                if (lane(mine, l) && closest[l] < gate2) found[l].push_back({near[l][k], log_likelihood[l], closest[l]});
+            for (int l = 0; l < lanes; ++l) {
+                if (!lane(mine, l)) continue;
+                const int j = near[l][k];
+                const bool likely = sure[l] && log_likelihood[l] - plots.log_unit[j] + gate.log_odds > 0.0;
+                if (closest[l] < gate.square || likely) found[l].push_back({j, log_likelihood[l], closest[l]});
+            }
         }
         return crowded;
     }
@@ -162,18 +185,21 @@ class Scanner {
     Measurement<Pack> m;
     Pack log_likelihood, closest, dof;
 
-    void box(const TrackPack &pack, const Plots &plots, double gate, int l, double *low, double *high) const {
+    void box(const TrackPack &pack, const Plots &plots, const Gate &gate, bool sure, int l, double *low, double *high) const {
         for (int j = 0; j < c.count; ++j) {
             const Mode<Pack> &mode = c.modes[j];
             const Pack *x = &pack.predicted[mode.place], *P = x + mode.shape.n;
+            const int axes = std::min(mode.shape.axes, 2), block = mode.shape.block;
+            double variance[2];
+            for (int a = 0; a < axes; ++a) variance[a] = P[packed(a * block, a * block)][l] + plots.largest[a];
+            const double reach = std::sqrt(sure && axes > 1 ? gate.widest(variance[0], variance[1]) : gate.square);
             for (int a = 0; a < 2; ++a) {
-                if (a >= mode.shape.axes) {
+                if (a >= axes) {
                     low[a] = -INFINITY, high[a] = INFINITY;
                     continue;
                 }
-                const int p = a * mode.shape.block;
-                const double reach = gate * std::sqrt(P[packed(p, p)][l] + plots.largest[a]);
-                low[a] = std::min(low[a], x[p][l] - reach), high[a] = std::max(high[a], x[p][l] + reach);
+                const double middle = x[a * block][l], far = reach * std::sqrt(variance[a]);
+                low[a] = std::min(low[a], middle - far), high[a] = std::max(high[a], middle + far);
             }
         }
     }

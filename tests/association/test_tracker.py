@@ -300,3 +300,33 @@ def test_a_table_comes_back_as_one_row_per_track_and_scan():
     assert type(pandas).__module__.startswith("pandas") and len(pandas) == len(found)
     with pytest.raises(ValueError, match="no column 'y'"):
         tracker(sky).run(table.drop("y"))
+
+
+def test_a_plot_late_in_a_turn_is_found_where_the_target_is_then():
+    """At 300 m/s the plot, 5 s after the middle of the turn, lies 1500 m ahead: beyond the gate there."""
+    filter = jink.Kalman(jink.ConstantVelocity(acceleration_psd=0.1), jink.Position(sd=20.0))
+    tracker = jink.Tracker(filter, jink.Radar(clutter_per_scan=0.01, area=(-1e5, 1e5, -1e5, 1e5)), targets=2)
+    rng = np.random.default_rng(3)
+    for k in range(12):
+        own = 12.0 * k + np.array([5.0, -5.0])
+        places = np.column_stack([300.0 * own, [0.0, 3e4]]) + rng.normal(0, 20, (2, 2))
+        picture = tracker.scan(12.0 * k, places, times=own)
+        if k > 2:
+            assert sorted(picture.plot) == [0, 1] and (picture.existence > 0.99).all()
+    assert len(set(picture.ids.tolist())) == 2 and picture.ids.max() < 2
+
+
+def test_a_sure_track_in_an_empty_sky_follows_a_turn_that_its_filter_did_not_foresee():
+    """The same turn in clutter is more likely a false plot, and a miss."""
+    filter = jink.Kalman(jink.ConstantVelocity(acceleration_psd=0.1), jink.Position(sd=20.0))
+    held = []
+    for clutter in (0.01, 20_000.0):
+        radar = jink.Radar(clutter_per_scan=clutter, area=(-1e5, 1e5, -1e5, 1e5), learn_clutter=False)
+        tracker = jink.Tracker(filter, radar, targets=1, new_per_hour=1)
+        tracker.add(0.0, [0, 200.0, 0, 0], np.diag([400.0, 1.0, 400.0, 1.0]))
+        tracker.scan(4.0, [[800.0, 0.0]])
+        # 4.5 standard deviations aside
+        aside = 4.5 * np.hypot(tracker.scan(8.0, [[1600.0, 0.0]]).estimate.sd("py")[0], 21.0)
+        picture = tracker.scan(12.0, [[2400.0, aside]])
+        held.append(bool(picture.plot[0] == 0))
+    assert held == [True, False]

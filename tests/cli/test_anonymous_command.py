@@ -1,6 +1,7 @@
 """`jink track` on plots without identity, from the files that `jink simulate` writes of whole skies."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -201,3 +202,17 @@ def test_one_aircraft_in_dense_clutter_is_found_without_any_hint(tmp_path):
     assert status == 0 and summary["targets"] == 1 and summary["rows"] > 5000
     assert summary["noise"][0]["position_sd"] == pytest.approx(50, rel=0.25)
     assert any("new targets an hour (estimated)" in note for note in summary["notes"])
+
+
+@pytest.mark.parametrize("options", [[], ["--smooth"]])
+def test_the_example_s_four_aircraft_are_four_without_their_names(tmp_path, options):
+    """One of them turns at 2 g, harder than the kind believes, and a turn's plots are seconds apart."""
+    source = Path(__file__).parents[2] / "examples" / "radar.csv"
+    asked = ["--anonymous", "--period", 4, *options]
+    status, said, _ = run("track", source, *asked, "-o", tmp_path / "t.parquet", "--json")
+    assert status == 0 and json.loads(said)["targets"] == 4
+    named = pl.read_csv(source).with_row_index("row").select(pl.col("row").cast(pl.Int64), name="target")
+    rows = pl.read_parquet(tmp_path / "t.parquet").drop_nulls("row").with_columns(pl.col("row").cast(pl.Int64))
+    pairs = rows.join(named, on="row").group_by("target", "name").len()
+    # each track has the plots of one target alone, all but its first or so
+    assert sorted(pairs["name"]) == ["T1", "T2", "T3", "T4"] and rows.height >= 368 - 8

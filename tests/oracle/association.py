@@ -159,8 +159,9 @@ class Textbook:
         t.r *= self.survival * (self.leaving if t.outside else 1.0)
 
     def _edges(self, t, z):
-        """Of each plot in some mode's gate: likelihood of each mode, least squared distance."""
+        """Of each plot in some mode's gate, or likelier than a false one: likelihood of each mode, least d²."""
         found = {}
+        ground = self.clutter + self.detection * self.undetected
         for j, plot in enumerate(z):
             d2, likelihood = np.zeros(len(t.mu)), np.zeros(len(t.mu))
             for m in range(len(t.mu)):
@@ -168,7 +169,8 @@ class Textbook:
                 e = plot - self.H @ t.x[m]
                 d2[m] = e @ np.linalg.solve(S, e)
                 likelihood[m] = np.exp(-0.5 * d2[m]) / np.sqrt(np.linalg.det(2 * np.pi * S))
-            if d2.min() < 16:
+            likely = self.detection * (t.mu @ likelihood) > (1 - self.detection) * ground
+            if d2.min() < 16 or (t.r > 0.5 and likely):
                 found[j] = (likelihood, d2.min())
         return found
 
