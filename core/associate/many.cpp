@@ -156,12 +156,26 @@ void Many::share_out(int s) {
     one.share = hit;
 }
 
+// Is a track neither due in this sector nor more probably than not seen in it? Then the sector leaves it as it is: it keeps its time,
+// so that its own plot never lies in its past.
+bool Many::idle(int s) const {
+    const Life &one = pool.life[s];
+    return !sector.whole() && pool.live(s) && !one.due && !(one.share > 0.5);
+}
+
+void Many::leave(const std::vector<int> &idle) {
+    for (int s : idle) {
+        copy_lane(before[s / lanes], s % lanes, pool.packs[s / lanes].state, s % lanes);
+        pool.life[s].existence = weighing.existence[s];
+    }
+}
+
 // A track of one plot is one target per plot near it, not the mean of them: each becomes a track of its own.
 void Many::split(int sensor) {
     const Weighing &w = weighing;
     std::vector<int> single;  // found first, since twins take free slots
     for (int s = 0; s < pool.slots(); ++s)
-        if (pool.live(s) && pool.life[s].plots == 1) single.push_back(s);
+        if (pool.live(s) && pool.life[s].plots == 1 && !idle(s)) single.push_back(s);
     const double least = rules.drop * sensors[sensor].birth();
     std::vector<std::pair<double, int>> branches;
     std::vector<int> ended;
@@ -294,7 +308,11 @@ void Many::learn(double, int sensor) {
         view.clutter = std::max((1.0 - rate) * view.clutter + rate * seen / area, 1e-3 / view.area);
     }
     view.scans += sector.last;
-    if (view.scanning) view.undetected *= sector.whole() ? 1.0 - view.detection : std::pow(1.0 - view.detection, sector.part);
+    if (view.scanning && sector.last) view.undetected *= 1.0 - view.detection;
+    if (!sector.whole() && sector.last) {
+        const double survival = std::exp(-sector.period / rules.life);
+        view.undetected = survival * view.undetected + view.arrivals * sector.period;
+    }
 }
 
 // log p(plots | earlier ones): false plots and targets not seen before are Poisson, tracks are Bernoulli.
@@ -326,7 +344,12 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows, const Sector &
     measure(rows, sensor, report);
     const double survival = std::exp(-dt / rules.life);
     for (Life &one : pool.life) one.existence *= one.outside ? survival * std::exp(-dt / rules.leave) : survival;
-    for (SensorView &view : sensors) view.undetected = survival * view.undetected + view.arrivals * dt;
+    // With sectors each place is looked at once in a turn: what came in since then is added turn by turn, see learn.
+    for (std::size_t k = 0; k < sensors.size(); ++k)
+        if (sector.whole() || int(k) != sensor) sensors[k].undetected = survival * sensors[k].undetected + sensors[k].arrivals * dt;
+    before.clear();
+    if (!sector.whole())
+        for (const TrackPack &pack : pool.packs) before.push_back(pack.state);
     predict(t, sensor);
     for (char each : crowded) report.crowded = report.crowded || each;
     weigh(sensor);
@@ -337,6 +360,9 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows, const Sector &
     for (int s = 0; s < pool.slots(); ++s)
         if (pool.live(s)) share_out(s);
         else shares[s].clear();
+    std::vector<int> idlers;  // found first, since twins of others take free slots
+    for (int s = 0; s < pool.slots() && !sector.whole(); ++s)
+        if (idle(s)) idlers.push_back(s), shares[s].clear();
     const bool soft = rules.association != Association::gnn && rules.association != Association::nearest;
     dropped = 0;
     if (rules.split && soft) split(sensor);
@@ -348,6 +374,7 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows, const Sector &
         const auto from = pool.life.begin() + p * lanes;
         if (std::any_of(from, from + lanes, live)) scanner.take_in(pool.packs[p], plots, sensor, &shares[p * lanes]);
     });
+    leave(idlers);
     bear(t, sensor, report);
     lone.assign(rows.count, NAN);
     for (int j = 0; j < plots.count; ++j) lone[plots.row[j]] = decide.found.lone[j];

@@ -115,6 +115,7 @@ class Many {
     std::vector<std::vector<Candidate>> candidates;  // of each slot
     std::vector<std::vector<Share>> shares;
     std::vector<char> crowded;
+    std::vector<TrackState<Pack>> before;            // of each pack, where a scan is a sector
     int dropped = 0;
     Sector sector;
     std::vector<Place> places;                       // of the established tracks
@@ -126,6 +127,8 @@ class Many {
     void weigh(int sensor);
     void split(int sensor);
     void share_out(int slot);
+    bool idle(int slot) const;
+    void leave(const std::vector<int> &idle);
     void bear(double t, int sensor, ScanReport &report);
     void learn(double dt, int sensor);
     double log_likelihood(int sensor) const;

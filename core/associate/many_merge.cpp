@@ -5,17 +5,18 @@
 
 namespace jink::inline JINK_LEVEL {
 
-// Position of a track and its covariance, as the mean over its modes.
+// Position of a track, where it is at the time of the scan, and its covariance, as the mean over its modes.
 void Many::place(int s) {
     const int l = s % lanes;
     const TrackState<Pack> &state = pool.packs[s / lanes].state;
+    const double since = pool.now - state.time[l];
     Place at{0.0, 0.0, 0.0, 0.0, 0.0, s};
     for (int j = 0; j < c->count; ++j) {
         const Mode<Pack> &mode = c->modes[j];
         const Pack *x = &state.arena[mode.place], *P = x + mode.shape.n;
         const double w = state.probability[j][l];
         const int y = mode.shape.axes > 1 ? mode.shape.block : 0;
-        at.x += w * x[0][l], at.y += w * x[y][l];
+        at.x += w * (x[0][l] + since * x[1][l]), at.y += w * (x[y][l] + since * x[y + 1][l]);
         at.xx += w * P[packed(0, 0)][l], at.xy += w * P[packed(y, 0)][l], at.yy += w * P[packed(y, y)][l];
     }
     places.push_back(at);

@@ -50,6 +50,14 @@ template <class State, class F> void each_number(State &s, F f) {
     for (auto &value : s.first_P) f(value);
 }
 
+// The numbers of one lane into another.
+inline void copy_lane(TrackState<Pack> &from, int a, TrackState<Pack> &to, int b) {
+    std::vector<double> numbers;
+    each_number(from, [&](const Pack &value) { numbers.push_back(value[a]); });
+    auto next = numbers.begin();
+    each_number(to, [&](Pack &value) { value[b] = *next++; });
+}
+
 class Pool {
   public:
     explicit Pool(const Composition<Pack> &composition) : c(&composition) {}
@@ -85,10 +93,7 @@ class Pool {
         const int to = take();
         TrackPack &a = packs[slot / lanes], &b = packs[to / lanes];
         const int la = slot % lanes, lb = to % lanes;
-        std::vector<double> numbers;
-        each_number(a.state, [&](const Pack &value) { numbers.push_back(value[la]); });
-        auto next = numbers.begin();
-        each_number(b.state, [&](Pack &value) { value[lb] = *next++; });
+        copy_lane(a.state, la, b.state, lb);
         for (std::size_t k = 0; k < a.predicted.size(); ++k) b.predicted[k][lb] = a.predicted[k][la];
         for (std::size_t k = 0; k < a.prior.size(); ++k) b.prior[k][lb] = a.prior[k][la];
         for (std::size_t k = 0; k < a.carry.size(); ++k) b.carry[k][lb] = a.carry[k][la];

@@ -126,12 +126,12 @@ nb::dict tracks(Many &many, double least, bool covariance) {
     std::vector<std::int64_t> id(count), plot(count), age(count), used(count);
     std::vector<double> existence(count), time(count), x(count * n), P(covariance ? count * n * n : 0), mu(count * m);
     std::vector<unsigned char> status(count);
-    std::vector<std::uint8_t> confirmed(count);
+    std::vector<std::uint8_t> confirmed(count), due(count);
     for (std::size_t k = 0; k < count; ++k) {
         const Life &one = pool.life[order[k].second];
         place[order[k].second] = int(k);
         id[k] = one.id, plot[k] = one.plot, age[k] = one.age, used[k] = one.plots;
-        existence[k] = one.existence, confirmed[k] = one.confirmed;
+        existence[k] = one.existence, confirmed[k] = one.confirmed, due[k] = one.due;
         // What more probably had no plot is predicted.
         if (!(one.share > 0.5)) plot[k] = -1;
         status[k] = static_cast<unsigned char>(one.age == 0 ? Status::initialised : one.share > 0.5 ? Status::updated : Status::predicted);
@@ -158,6 +158,7 @@ nb::dict tracks(Many &many, double least, bool covariance) {
     out["age"] = array_of(std::move(age), {count}), out["plots"] = array_of(std::move(used), {count});
     out["existence"] = array_of(std::move(existence), {count}), out["status"] = array_of(std::move(status), {count});
     out["confirmed"] = array_of(std::move(confirmed), {count}).attr("view")("bool");
+    out["due"] = array_of(std::move(due), {count}).attr("view")("bool");
     out["time"] = array_of(std::move(time), {count});
     out["x"] = array_of(std::move(x), {count, N});
     if (covariance) out["P"] = array_of(std::move(P), {count, N, N});

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,20 @@ from .smoothing import Taken, smoothed
 
 
 @dataclass(frozen=True)
+class Turning:
+    """An antenna that turns once in period (s); its turns are taken in so many sectors."""
+
+    period: float
+    sectors: int
+    clockwise: bool = True
+
+
+@dataclass(frozen=True)
 class Scans:
-    """Plots in scans: rows begin[k] to begin[k + 1] of z are scan k, at time[k], of sensor[k]; own: times of plots."""
+    """Plots in scans: rows begin[k] to begin[k + 1] of z are scan k, at time[k], of sensor[k]; own: times of plots.
+
+    turning: rows are taken sector by sector, by their own times; a scan is then a turn.
+    """
 
     time: Array
     begin: NDArray[np.int64]
@@ -26,9 +38,16 @@ class Scans:
     covariance: Array | None = None
     sensor: Sequence[str | None] | None = None
     own: Array | None = None
+    turning: Turning | None = None
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def turn_of(self, times: Array) -> NDArray[np.int64]:
+        """In which scan times lie, where an antenna turns."""
+        assert self.turning is not None
+        after = np.searchsorted(self.time, times - self.turning.period / 2)
+        return np.minimum(after, len(self) - 1).astype(np.int64)
 
 
 @dataclass
@@ -63,53 +82,89 @@ class Found:
     taken: Taken | None = None
 
 
+@dataclass(frozen=True)
+class _Seen:
+    """The rows of one picture that count: all, or with sectors those that were due or had a plot.
+
+    scan: of each row; offered: the row of z of each plot of the scan, to which ``lone`` belongs.
+    """
+
+    scan: NDArray[np.int64]
+    picture: Picture
+    rows: NDArray[np.int64]
+    offered: NDArray[np.int64]
+    taken: Taken | None
+
+
+Pictures = Iterator[tuple[int, Picture, NDArray[np.int64]]]
+
+
 def track_scans(
-    tracker: Any, scans: Scans, progress: Callable[[int, int], None] | None = None, *, keep: bool = False
+    tracker: Any,
+    scans: Scans,
+    progress: Callable[[int, int], None] | None = None,
+    *,
+    keep: bool = False,
+    pictures: Pictures | None = None,
 ) -> Found:
-    """Every scan through the tracker. keep: the weights of plots, for smoothing."""
-    pictures: list[Picture] = []
-    taken: list[dict[str, Any]] = []
+    """Every scan through the tracker. keep: the weights of plots, for smoothing.
+
+    pictures: of each the number of its scan, itself with plots as rows of z, and the rows that it was offered; None:
+    one of each scan.
+    """
+    seen: list[_Seen] = []
     counts = {"scans": len(scans), "plots": 0, "unusable": 0, "crowded": 0, "full": 0, "inexact": 0, "living": 0}
-    for k in range(len(scans)):
-        rows = slice(int(scans.begin[k]), int(scans.begin[k + 1]))
-        covariance = None if scans.covariance is None else scans.covariance[rows]
-        sensor = None if scans.sensor is None else scans.sensor[k]
-        own = None if scans.own is None else scans.own[rows]
-        picture = tracker.scan(float(scans.time[k]), scans.z[rows], sensor, covariance=covariance, times=own)
-        pictures.append(picture)
-        if keep:
-            taken.append(tracker.taken())
+    for k, picture, offered in _by_scans(tracker, scans) if pictures is None else pictures:
+        rows, scan = np.arange(len(picture)), np.full(len(picture), k)
+        if scans.turning:
+            rows = np.flatnonzero(picture.due | (picture.plot >= 0))
+            scan = scans.turn_of(picture.times[rows])
+        taken = Taken.of(tracker.taken(), offered).some(rows) if keep else None
+        seen.append(_Seen(scan, picture, rows, offered, taken))
         for name in ("plots", "unusable", "crowded", "full", "inexact"):
             counts[name] += int(picture.report[name])
         counts["living"] = max(counts["living"], picture.report["living"])
         if progress and (k % 16 == 0 or k + 1 == len(scans)):
             progress(k + 1, len(scans))
-    found, rows = _gathered(tracker, scans, pictures, counts)
-    if keep:
-        found.taken = Taken.joined(taken, scans.begin[:-1], tracker.filter.axes).some(rows)
-    return found
+    if scans.turning:
+        counts["plots"] = len(scans.z) - counts["unusable"]
+    return _gathered(tracker, scans, seen, counts)
 
 
-def _gathered(
-    tracker: Any, scans: Scans, pictures: list[Picture], counts: dict[str, int]
-) -> tuple[Found, NDArray[np.int64]]:
-    """What was found, and which rows of all pictures it has."""
+def _by_scans(tracker: Any, scans: Scans) -> Pictures:
+    """One of each scan, whole."""
+    for k in range(len(scans)):
+        begin, end = int(scans.begin[k]), int(scans.begin[k + 1])
+        rows = slice(begin, end)
+        covariance = None if scans.covariance is None else scans.covariance[rows]
+        sensor = None if scans.sensor is None else scans.sensor[k]
+        own = None if scans.own is None else scans.own[rows]
+        picture = tracker.scan(float(scans.time[k]), scans.z[rows], sensor, covariance=covariance, times=own)
+        plot = np.where(picture.plot >= 0, picture.plot + begin, -1)
+        yield k, replace(picture, plot=plot), np.arange(begin, end)
+
+
+def _gathered(tracker: Any, scans: Scans, seen: list[_Seen], counts: dict[str, int]) -> Found:
+    """What was found in all pictures."""
 
     def joined(take: Callable[[Picture], Any]) -> Any:
-        return np.concatenate([take(p) for p in pictures]) if pictures else np.zeros(0)
+        return np.concatenate([take(one.picture)[one.rows] for one in seen]) if seen else np.zeros(0)
 
     ids = joined(lambda p: p.ids).astype(np.int64)
     confirmed = joined(lambda p: p.confirmed).astype(bool)
-    scan = np.repeat(np.arange(len(pictures)), [len(p) for p in pictures])
+    scan = np.concatenate([one.scan for one in seen]) if seen else np.zeros(0, np.int64)
     plot = joined(lambda p: p.plot).astype(np.int64)
-    plot = np.where(plot >= 0, plot + scans.begin[:-1][scan], -1) if len(ids) else plot
     keep = np.isin(ids, np.unique(ids[confirmed]))
-    order = np.lexsort((scan, ids))
+    order = np.lexsort((np.arange(len(ids)), ids))
     rows, others = order[keep[order]], order[~keep[order]]
     existence, time = joined(lambda p: p.existence), joined(lambda p: p.times)
     places = joined(lambda p: p.positions).reshape(len(ids), tracker.filter.axes)
     names = ("x", "P", "mode_probability", "status")
     results = {name: joined(lambda p, name=name: p.estimate.results[name])[rows] for name in names}
+    # of a plot that was offered twice, what was said last
+    lone = np.full(len(scans.z), np.nan)
+    for one in seen:
+        lone[one.offered] = one.picture.lone
     f = tracker.filter
     found = Found(
         id=ids[rows],
@@ -120,11 +175,13 @@ def _gathered(
         age=joined(lambda p: p.age).astype(np.int64)[rows],
         plot=plot[rows],
         estimate=Estimate(f.components, f.modes, results, f.non_manoeuvring),
-        lone=joined(lambda p: p.lone),
+        lone=lone,
         tentative=Tentative(ids[others], time[others], existence[others], places[others]),
         counts=counts,
     )
-    return found, rows
+    if seen and seen[0].taken is not None:
+        found.taken = Taken.joined([one.taken for one in seen if one.taken is not None]).some(rows)
+    return found
 
 
 def run_table(tracker: Any, data: Any, smooth: bool = False) -> Any:

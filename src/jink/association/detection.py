@@ -22,13 +22,14 @@ class Detections:
     scans: float = 0.0
 
     def take(self, radar: Radar, picture: Picture) -> None:
-        """Add one scan of this radar: confirmed tracks in its view, with a plot or without."""
+        """Add one scan of this radar: confirmed tracks where it looks, with a plot or without."""
         if not len(picture):
             return
         points = picture.positions
         (x0, x1, y0, y1), (x, y, reach) = radar.limits()
         px, py = points[:, 0], points[:, 1] if points.shape[1] > 1 else np.zeros(len(points))
-        sure = picture.confirmed & (picture.age >= OLD) & (px >= x0) & (px <= x1)
+        looked = picture.due | (picture.plot >= 0)
+        sure = looked & picture.confirmed & (picture.age >= OLD) & (px >= x0) & (px <= x1)
         if points.shape[1] > 1:
             sure &= (py >= y0) & (py <= y1) & ((px - x) ** 2 + (py - y) ** 2 <= reach**2)
         kept = min(1.0, MEMORY / max(self.scans, 1.0))

@@ -19,7 +19,8 @@ class Picture:
     times (n,): of each track's estimate, ``time`` but for scans that take time. ids (n,): the same for as long as a
     track lives. existence (n,): probability that there is a target. confirmed (n,):
     whether it once was above 0.8 and has not fallen below 0.4 since. age (n,): scans since the first plot. plot (n,):
-    the row of the scan's plots that most probably is the track's, −1 where it more probably has none. estimate: x, P,
+    the row of the scan's plots that most probably is the track's, −1 where it more probably has none. due (n,): whether
+    the scan looks where the track is; of sectors, it is so once in a turn. estimate: x, P,
     mode_probability and status of each track. lone (m,): of each plot, the probability that it is no track's.
     report: counts of this scan, and what was bounded ("crowded", "full", "inexact"). lagged: of a tracker with a lag,
     where each track was so many scans ago, at ``lagged.time``; NaN where it was not there yet.
@@ -32,6 +33,7 @@ class Picture:
     confirmed: NDArray[np.bool_]
     age: NDArray[np.int64]
     plot: NDArray[np.int64]
+    due: NDArray[np.bool_]
     estimate: Estimate
     lone: Array
     report: dict[str, Any]

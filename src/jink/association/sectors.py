@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import Array, positive, whole
+from ..checks import positive, whole
 from ..times import seconds
 from .picture import Picture
 from .tracker import Tracker
@@ -16,15 +17,18 @@ CLAIMED = 0.5  # a plot that is no track's with less than this is not offered ag
 
 
 class Sectors:
-    """Gives a :class:`jink.Tracker` the plots of an antenna that turns clockwise, with ``count`` sectors to a turn.
+    """Gives a :class:`jink.Tracker` the plots of an antenna that turns, with ``count`` sectors to a turn.
 
     A sector is a scan: the tracks that are predicted in it are seen or missed, once in a turn. It waits until the next
     sector has closed, so that a track at the border may have its plot on either side. Each track is predicted to the
-    time of the plot nearest to it. period: seconds of a turn; sensor: its name, where the tracker has several.
+    time of the plot nearest to it. period: seconds of a turn; sensor: its name, where the tracker has several;
+    clockwise: from north over east, as most antennas turn.
     Errors: ValueError naming the argument.
     """
 
-    def __init__(self, tracker: Tracker, period: float, sensor: str | None = None, count: int = 16) -> None:
+    def __init__(
+        self, tracker: Tracker, period: float, sensor: str | None = None, count: int = 16, *, clockwise: bool = True
+    ) -> None:
         if not isinstance(tracker, Tracker):
             raise TypeError(f"tracker: expected a Tracker, got {type(tracker).__name__}")
         if tracker.history:
@@ -32,6 +36,7 @@ class Sectors:
         self.tracker, self.sensor = tracker, sensor
         self.period = positive("period", period)
         self.count = whole("count", count, 3, 3600)
+        self.sense = 1.0 if clockwise else -1.0
         which = tracker._index(sensor)
         self.model = tracker._models[which]
         _, (x, y, _) = list(tracker.radars.values())[which].limits()
@@ -44,35 +49,39 @@ class Sectors:
     def take(self, times: ArrayLike, plots: ArrayLike) -> list[Picture]:
         """Plots (m, components) and their times (m,), in order of time; the pictures of the sectors that they close.
 
-        Of a picture ``plot`` counts the plots as they were taken, from 0; its report has the turn and the sector.
+        Of a picture ``plot`` counts the plots as they were taken, from 0; its report has the turn, the sector, and as
+        "offered" the numbers of the plots that ``lone`` is of.
         """
+        return list(self.each(times, plots))
+
+    def each(self, times: ArrayLike, plots: ArrayLike) -> Iterator[Picture]:
+        """As :meth:`take`, one picture at a time, so that the tracker stands where that picture was taken."""
         z = self.tracker._plots(plots, self.tracker._index(self.sensor))
         when = np.asarray(seconds(times), float).reshape(-1)
         if len(when) != len(z) or not np.isfinite(when).all():
             raise ValueError(f"times: expected a time for each of {len(z)} plots")
         if (np.diff(when) < 0).any() or (self.at is not None and len(when) and when[0] < self.at[0]):
             raise ValueError("times: plots of sectors must be in order of time")
-        done: list[Picture] = []
-        for t, row in zip(when, z, strict=True):
-            place = self._place(float(t), row)
-            if place is None:
-                self.number += 1
-                continue
-            self.waiting.append(_Plots(int(place), float(t), row, self.number))
+        points = self.model.positions(z)[:, :2] - self.site
+        turned = self.sense * np.arctan2(points[:, 0], points[:, 1]) / (2 * np.pi) % 1.0 * self.count
+        for t, row, own in zip(when.tolist(), z, turned.tolist(), strict=True):
+            if np.isfinite(own):
+                place = self._place(t, own)
+                self.waiting.append(_Plots(int(place), t, row, self.number))
+                yield from self._close(int(place) - 1)
             self.number += 1
-            done += self._close(int(place) - 1)
-        return done
 
     def finish(self) -> list[Picture]:
         """The pictures of the sectors that still wait, at the end."""
-        return [] if self.at is None else self._close(int(self.at[1]) + 1)
+        return list(self.rest())
 
-    def _place(self, t: float, row: Array) -> float | None:
-        """Where the antenna was, in sectors since the first turn."""
-        point = self.model.positions(row[None])[0, :2] - self.site
-        if not np.isfinite(point).all():
-            return None
-        own = float(np.arctan2(point[0], point[1]) % (2 * np.pi)) / (2 * np.pi) * self.count
+    def rest(self) -> Iterator[Picture]:
+        """As :meth:`finish`, one picture at a time."""
+        if self.at is not None:
+            yield from self._close(int(self.at[1]) + 1)
+
+    def _place(self, t: float, own: float) -> float:
+        """Where the antenna was, in sectors since the first turn; own: in sectors from north."""
         if self.at is None:
             self.at, self.next = (t, own), int(own)
             return own
@@ -83,13 +92,11 @@ class Sectors:
         self.at = t, max(place, self.at[1])
         return place
 
-    def _close(self, before: int) -> list[Picture]:
+    def _close(self, before: int) -> Iterator[Picture]:
         """Every sector before this one is done."""
-        done = []
         while self.next < before:
-            done.append(self._scan(self.next))
             self.next += 1
-        return done
+            yield self._scan(self.next - 1)
 
     def _scan(self, n: int) -> Picture:
         assert self.at is not None
@@ -98,7 +105,8 @@ class Sectors:
         z = np.array([p.row for p in here]).reshape(len(here), self.tracker._columns[self.tracker._index(self.sensor)])
         turn, k = divmod(n, self.count)
         width = 2 * np.pi / self.count
-        sector = (self.period, k * width, (k + 1) * width, 1.0 / self.count, k == self.count - 1, waits)
+        first = k if self.sense > 0 else self.count - 1 - k
+        sector = (self.period, first * width, (first + 1) * width, 1.0 / self.count, k == self.count - 1, waits)
         middle = self.at[0] - (self.at[1] - (n + 0.5)) * self.period / self.count
         now = self.tracker._many.time
         t = middle if np.isnan(now) else max(middle, now)
@@ -108,7 +116,7 @@ class Sectors:
         self.waiting = free + [p for p in self.waiting if p.sector > n + 1]
         numbers = np.array([p.number for p in here], np.int64)
         plot = np.where(picture.plot >= 0, numbers[picture.plot] if len(numbers) else -1, -1)
-        return replace(picture, plot=plot, report={**picture.report, "turn": turn, "sector": k})
+        return replace(picture, plot=plot, report={**picture.report, "turn": turn, "sector": k, "offered": numbers})
 
 
 class _Plots:

@@ -11,6 +11,7 @@ P⁻ is the covariance of the predicted position. With one plot the gain becomes
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -37,15 +38,18 @@ class Taken:
     spread: Array
 
     @classmethod
-    def joined(cls, each: list[dict[str, Any]], first: NDArray[np.int64], axes: int) -> Taken:
-        """Of scans, whose plots begin at these rows."""
-        counts = [np.diff(one["begin"]) for one in each]
-        rows = [one["row"] + start for one, start in zip(each, first, strict=True)]
-        if not each:
-            return cls(np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros((0, axes, axes)))
-        begin = np.r_[0, np.cumsum(np.concatenate(counts))].astype(np.int64)
-        weights, spreads = (np.concatenate([one[name] for one in each]) for name in ("weight", "spread"))
-        return cls(begin, np.concatenate(rows).astype(np.int64), weights, spreads)
+    def of(cls, one: dict[str, Any], offered: NDArray[np.int64]) -> Taken:
+        """Of one scan, as the engine says it; offered: which row each plot of the scan is."""
+        return cls(one["begin"], offered[one["row"]], one["weight"], one["spread"])
+
+    @classmethod
+    def joined(cls, each: Sequence[Taken]) -> Taken:
+        """Of scans one after the other; at least one."""
+        begin = np.r_[0, np.cumsum(np.concatenate([np.diff(one.begin) for one in each]))].astype(np.int64)
+        rows, weights, spreads = (
+            np.concatenate([getattr(one, name) for one in each]) for name in ("row", "weight", "spread")
+        )
+        return cls(begin, rows.astype(np.int64), weights, spreads)
 
     def some(self, wanted: NDArray[np.int64]) -> Taken:
         """Of these rows of the tracks."""

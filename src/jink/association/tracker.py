@@ -276,6 +276,7 @@ class Tracker:
             confirmed=found["confirmed"],
             age=found["age"],
             plot=found["plot"],
+            due=found["due"],
             estimate=Estimate(f.components, f.modes, results, f.non_manoeuvring),
             lone=np.asarray(self._many.lone()),
             report=report,

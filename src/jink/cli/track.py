@@ -359,6 +359,15 @@ class TrackRequest:
             help="Time of one scan, where every plot has its own time. Default: rows of one time are a scan.",
         ),
     ] = None
+    sectors: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            rich_help_panel=PLOTS,
+            help="Take the plots of an antenna that turns in N sectors; 1: in whole turns. "
+            "Default: 16, if --period is given and azimuths go with times.",
+        ),
+    ] = None
     gap: Annotated[
         float | None,
         typer.Option(
@@ -471,7 +480,7 @@ def anonymous_of(request: TrackRequest) -> Any:
     """How plots without identity are to be tracked; None where nothing of it was asked for. Errors: InputError."""
     from ..tracking.anonymous import Anonymous
 
-    names = ("detection", "clutter", "association", "new_per_hour", "drop_after", "period")
+    names = ("detection", "clutter", "association", "new_per_hour", "drop_after", "period", "sectors")
     given = {name: getattr(request, name) for name in names if getattr(request, name) is not None}
     return Anonymous(**given) if request.anonymous or given else None
 

@@ -25,7 +25,7 @@ from ..io.errors import InputError
 from ..io.loading import Reading, load_files
 from ..models.radar import Radar
 from ..tracking.anonymous import Anonymous, beliefs_of
-from ..tracking.anonymous_rows import placed_plots
+from ..tracking.anonymous_rows import placed_plots, scans_of
 from ..tracking.placing import Placed
 from ..tracking.prepare import Pace, Settings, choose
 from .parameters import Parameters
@@ -106,6 +106,7 @@ class _Sky:
     plots: Placed
     begin: np.ndarray
     time: np.ndarray
+    own: np.ndarray | None
     area: tuple[float, float, float, float]
     settings: Settings
     how: Anonymous
@@ -143,7 +144,7 @@ class _Sky:
         )
         unpruned(tracker.rules)
         tracker.reset()
-        own_times = None if self.how.period is None else self.plots.rows["time"].to_numpy()
+        own_times = self.own
         out = np.zeros(scans)
         for k in range(scans):
             rows = slice(int(self.begin[k]), int(self.begin[k + 1]))
@@ -180,15 +181,18 @@ def fit_sky(
     began = clock.perf_counter()
     chosen = load_filter(filter) if isinstance(filter, str) else filter
     settings = Settings(kind=kind, filter=chosen, threads=1)
-    how = Anonymous(period=period)
-    plots, begin, time = placed_plots(load_files([data], Reading(columns)).measurements, None, period)
+    how = Anonymous(period=period, sectors=1)
+    plots = placed_plots(load_files([data], Reading(columns)).measurements, None)
+    # whole turns: sectors have no likelihood of their own
+    scans = scans_of(plots, period, 1)
+    begin, time = scans.begin, scans.time
     if len(time) < FEWEST:
         raise InputError(f"{data}: {len(time)} scans are too few to fit; expected at least {FEWEST}")
     interval = float(np.median(np.diff(time)))
-    believed, clutter = beliefs_of(plots, begin, time, settings, how, interval)
+    believed, clutter = beliefs_of(plots, scans, settings, how)
     low, high = plots.plane.min(axis=0), plots.plane.max(axis=0)
     box = (float(low[0]), float(high[0]), float(low[1]), float(high[1]))
-    sky = _Sky(plots, begin, time, box, settings, how, believed.targets or 0.5, interval, tuple(free))
+    sky = _Sky(plots, begin, time, scans.own, box, settings, how, believed.targets or 0.5, interval, tuple(free))
     values = {
         "detection": min(max(believed.detection, 0.05), 0.99),
         "clutter": max(clutter, 0.05),

@@ -19,6 +19,7 @@ from ..association.batch import Found, Scans, track_scans
 from ..association.rules import ASSOCIATIONS
 from ..association.smoothing import smoothed
 from ..association.tracker import Tracker
+from ..association.turns import track_turns
 from ..catalogue.targets import kind_of
 from ..checks import unknown
 from ..estimate import Status
@@ -27,7 +28,7 @@ from ..io.loading import Loaded
 from ..io.measurements import DIMENSIONS, Measurements
 from ..io.rejected import together
 from ..models.radar import Radar
-from .anonymous_rows import placed_plots, placed_tracks
+from .anonymous_rows import placed_plots, placed_tracks, scans_of
 from .beliefs import Beliefs, Given, assumed
 from .manoeuvring import Manoeuvres, told
 from .output import tracks_table
@@ -49,7 +50,7 @@ class Anonymous:
     """What `track` is told of plots without identity; None is estimated.
 
     detection probability; clutter: false plots per scan; new_per_hour; drop_after (s); period (s) of a scan, where
-    every plot has its own time; association: its name.
+    every plot has its own time; sectors of a turn of the antenna, 1: turns are taken whole; association: its name.
     """
 
     detection: float | None = None
@@ -57,6 +58,7 @@ class Anonymous:
     new_per_hour: float | None = None
     drop_after: float | None = None
     period: float | None = None
+    sectors: int | None = None
     association: str = "marginal"
 
     @classmethod
@@ -85,6 +87,8 @@ class Anonymous:
             value = getattr(self, name)
             if value is not None and not 0 < value < np.inf:
                 raise InputError(f"{name.replace('_', '-')} is {value!r}; expected seconds above 0")
+        if self.sectors is not None and not (self.sectors == 1 or 3 <= self.sectors <= 3600):
+            raise InputError(f"sectors is {self.sectors!r}; expected 3 to 3600 of a turn, or 1 for whole turns")
 
 
 def is_anonymous(measurements: Measurements) -> bool:
@@ -109,25 +113,25 @@ def run_anonymous(
     """Tracks, plots in none of them, the summary, and what a page shows beside the tracks. Errors: InputError."""
     began = clock.perf_counter()
     measurements = loaded.measurements
-    plots, begin, scan_time = placed_plots(measurements, settings.site, how.period)
+    plots = placed_plots(measurements, settings.site)
     if not plots.rows.height:
         raise InputError("no plot is left: no row has a position")
     if plots.components == ("range", "azimuth"):
         height, words = height_of(settings.target_height, settings.kind, measurements.named.get("range", ""), False)
         plots = plots if height.is_ground else on_the_ground(plots, height)
         measurements.notes += [words] if words else []
-    interval = float(np.median(np.diff(scan_time))) if len(scan_time) > 1 else 1.0
-    believed, _ = beliefs_of(plots, begin, scan_time, settings, how, interval)
-    found, filter, tracker = _pass(plots, begin, scan_time, believed, settings, how, interval, progress, True)
+    scans = scans_of(plots, how.period, how.sectors)
+    believed, _ = beliefs_of(plots, scans, settings, how)
+    found, filter, tracker = _pass(plots, scans, believed, settings, how, progress, True)
     if not len(found.id):
         raise InputError(
-            f"no track was confirmed in {len(scan_time):,} scans of {plots.rows.height:,} plots; "
+            f"no track was confirmed in {len(scans):,} scans of {plots.rows.height:,} plots; "
             "check --sensor-sd, --detection, --kind and the unit of the columns"
         )
     rows = placed_tracks(plots, found)
     picture = sky_picture(plots, found)
     if settings.smoothing is not None:
-        found = _smoothed(tracker, _scans(plots, begin, scan_time, how), found, settings.smoothing)
+        found = _smoothed(tracker, scans, found, settings.smoothing)
     busy = Manoeuvres.of(filter, settings.kind, settings.manoeuvre_g, centred=settings.smooth)
     table = sky_table(rows, found, measurements.absolute, busy)
     used = picture.plots["used"].to_numpy()
@@ -137,8 +141,9 @@ def run_anonymous(
     clutter = ", ".join(f"{count:.3g}" for count in tracker.clutter_per_scan.values())
     how_said = "as asked" if asked else "the table has no identity column and several rows of one time"
     summary["notes"] += [
-        f"plots have no identity ({how_said}): {len(scan_time):,} scans of {interval:g} s, "
+        f"plots have no identity ({how_said}): {len(scans):,} scans of {interval_of(scans):.5g} s, "
         f"association {how.association}",
+        *_turning_said(scans, how),
         f"detection probability {believed.detection:.2f} ({'estimated' if how.detection is None else 'given'})",
         f"about {believed.new_per_hour or 0:.3g} new targets an hour "
         f"({'estimated' if how.new_per_hour is None else 'given'})",
@@ -148,40 +153,54 @@ def run_anonymous(
         if found.counts[name]:
             summary["notes"].append(f"{found.counts[name]:,} scans had {what}")
     summary["association"] = {"detection": believed.detection, "association": how.association, **found.counts}
+    if scans.turning is not None:
+        summary["association"] |= {"period": scans.turning.period, "sectors": scans.turning.sectors}
     return table, rejected, summary | {"seconds": clock.perf_counter() - began}, picture
 
 
-def beliefs_of(
-    plots: Placed, begin: np.ndarray, scan_time: np.ndarray, settings: Settings, how: Anonymous, interval: float
-) -> tuple[Beliefs, float]:
+def beliefs_of(plots: Placed, scans: Scans, settings: Settings, how: Anonymous) -> tuple[Beliefs, float]:
     """What the tracks of some passes say, and the false plots per scan that the last of them learned."""
     believed = assumed(plots, settings, how.detection, how.new_per_hour)
     given = Given(settings, how.detection is not None, how.new_per_hour is not None)
     clutter = 0.0
     for _ in range(PASSES):
-        found, _, tracker = _pass(plots, begin, scan_time, believed, settings, how, interval, None)
+        found, _, tracker = _pass(plots, scans, believed, settings, how, None)
         clutter = sum(tracker.clutter_per_scan.values())
         if not len(found.id):
             break
         before = believed
-        believed = believed.corrected(found, placed_tracks(plots, found), scan_time, given)
+        believed = believed.corrected(found, placed_tracks(plots, found), scans.time, given)
         if believed.like(before):
             break
     return believed, clutter
 
 
+def interval_of(scans: Scans) -> float:
+    """Seconds from scan to scan."""
+    return float(np.median(np.diff(scans.time))) if len(scans) > 1 else 1.0
+
+
+def _turning_said(scans: Scans, how: Anonymous) -> list[str]:
+    """What was found of an antenna that turns."""
+    turning = scans.turning
+    if turning is None:
+        return []
+    sense = "clockwise" if turning.clockwise else "counter-clockwise"
+    whole = "" if how.sectors else "; --sectors 1 takes turns whole"
+    found = "" if how.period else " (found)"
+    return [f"the antenna turns {sense} in {turning.period:.5g} s{found}: {turning.sectors} sectors a turn{whole}"]
+
+
 def _pass(
     plots: Placed,
-    begin: np.ndarray,
-    scan_time: np.ndarray,
+    scans: Scans,
     believed: Beliefs,
     settings: Settings,
     how: Anonymous,
-    interval: float,
     progress: Progress | None,
     last: bool = False,
 ) -> tuple[Found, Any, Tracker]:
-    _, filter = choose(plots.components, believed.sd, Pace.of(interval, settings), settings)
+    _, filter = choose(plots.components, believed.sd, Pace.of(interval_of(scans), settings), settings)
     radar = Radar(detection=believed.detection, clutter_per_scan=how.clutter)
     try:
         tracker = Tracker(
@@ -196,14 +215,10 @@ def _pass(
         )
     except (ValueError, TypeError) as error:
         raise InputError(str(error)) from None
+    run = track_scans if scans.turning is None else track_turns
     step = (lambda done, total: progress("tracking", done, total)) if progress else None
     keep = last and settings.smoothing is not None
-    return track_scans(tracker, _scans(plots, begin, scan_time, how), step, keep=keep), filter, tracker
-
-
-def _scans(plots: Placed, begin: np.ndarray, scan_time: np.ndarray, how: Anonymous) -> Scans:
-    own = None if how.period is None else plots.rows["time"].to_numpy()
-    return Scans(scan_time, begin, plots.z, own=own)
+    return run(tracker, scans, step, keep=keep), filter, tracker
 
 
 def _smoothed(tracker: Tracker, scans: Scans, found: Found, lag: dict[str, Any]) -> Found:

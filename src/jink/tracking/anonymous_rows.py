@@ -5,23 +5,21 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from ..association.batch import Found
+from ..association.batch import Found, Scans, Turning
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame, SiteFrame
 from ..io.kept import MARK
 from ..io.measurements import Measurements
+from .antenna import antenna_of
 from .cleaning import measured_rows
 from .placing import Placed, lay
 from .unknown_height import VARIANCE
 
+SECTORS = 16  # to a turn of the antenna, where nothing else is said
 
-def placed_plots(
-    measurements: Measurements, site: SiteFrame | None, period: float | None
-) -> tuple[Placed, np.ndarray, np.ndarray]:
-    """All plots with a position by time, where scans begin (and the end), and the time of each scan (s).
 
-    Places on the map are laid into the plane around their middle. Errors: InputError where scans cannot be told.
-    """
+def placed_plots(measurements: Measurements, site: SiteFrame | None) -> Placed:
+    """All plots with a position, by time. Places on the map are laid into the plane around their middle."""
     rows = measurements.rows.with_columns(measured_rows(measurements.rows, measurements.position))
     rows = (
         rows.filter("measured")
@@ -35,9 +33,50 @@ def placed_plots(
     if position == "geographic" and rows.height:
         site, rows = _in_the_plane(rows)
         position = "cartesian"
-    placed = lay(rows, position, site, 3 if third else 2, third) if rows.height else _none(rows)
-    begin, time = _scans(rows["time"].to_numpy(), period)
-    return placed, begin, time
+    return lay(rows, position, site, 3 if third else 2, third) if rows.height else _none(rows)
+
+
+def scans_of(plots: Placed, period: float | None, sectors: int | None = None) -> Scans:
+    """The plots in scans: rows of one time, or of one turn of an antenna.
+
+    period (s) of a scan where every plot has a time of its own. sectors of a turn: 1 takes it whole, None takes 16
+    where azimuths go with times; with another number the period need not be given. Errors: InputError where scans
+    cannot be told.
+    """
+    time = plots.rows["time"].to_numpy()
+    wanted = sectors not in (None, 1) or (sectors is None and period is not None)
+    antenna = antenna_of(time, _azimuth(plots), period) if wanted else None
+    if sectors not in (None, 1) and antenna is None:
+        about = "" if period is None else f" in {period:g} s"
+        raise InputError(
+            f"sectors: azimuths of the plots do not go with their times, as with an antenna that turns{about}; "
+            "leave --sectors out, or check --period and where the antenna stands (0, 0)"
+        )
+    turning = None
+    if antenna is not None:
+        period = antenna.period
+        count = SECTORS if sectors is None else sectors
+        turning = Turning(period, count, antenna.clockwise) if count > 1 else None
+    if period is None and _distinct(time):
+        found = antenna_of(time, _azimuth(plots))
+        turn = (
+            ""
+            if found is None
+            else f"; their azimuths go with their times, as with one that takes {found.period:.4g} s"
+        )
+        raise InputError(
+            f"plots have {len(np.unique(time)):,} different times in {len(time):,} rows, so scans cannot be told; "
+            f"give --period SECONDS, the time of one scan{turn}"
+        )
+    begin, middle = _scans(time, period)
+    return Scans(middle, begin, plots.z, own=None if period is None else time, turning=turning)
+
+
+def _azimuth(plots: Placed) -> np.ndarray:
+    """Of each plot, from where the antenna stands (rad)."""
+    if plots.components[0] == "range":
+        return plots.z[:, 1]
+    return np.arctan2(plots.z[:, 0], plots.z[:, 1])
 
 
 def _none(rows: pl.DataFrame) -> Placed:
@@ -68,12 +107,12 @@ def _scans(time: np.ndarray, period: float | None) -> tuple[np.ndarray, np.ndarr
         begin = np.flatnonzero(np.r_[True, np.diff(turn) > 0])
         return np.r_[begin, len(time)], cut + (turn[begin] + 0.5) * period
     begin = np.flatnonzero(np.r_[True, np.diff(time) > 0])
-    if len(begin) > 0.7 * len(time) and len(time) > 20:
-        raise InputError(
-            f"plots have {len(begin):,} different times in {len(time):,} rows, so scans cannot be told; "
-            "give --period SECONDS, the time of one scan"
-        )
     return np.r_[begin, len(time)], time[begin]
+
+
+def _distinct(time: np.ndarray) -> bool:
+    """Has nearly every row a time of its own?"""
+    return len(time) > 20 and len(np.unique(time)) > 0.7 * len(time)
 
 
 def _cut(time: np.ndarray, period: float) -> float:

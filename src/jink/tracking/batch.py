@@ -166,7 +166,7 @@ def track(
     azimuth_from: "north" (clockwise), "east" (counter-clockwise), or "grid": clockwise from the north of a projection.
     crs: the projection of x and y, or of that north, as pyproj knows it ("EPSG:3857").
     gap: seconds without a position that begin a new part (0: never). anonymous: plots do not say whose they are; True,
-    or any of detection, clutter, new_per_hour, drop_after, period and association by name
+    or any of detection, clutter, new_per_hour, drop_after, period, sectors and association by name
     (docs/plots-without-names.md). A table without identity, in which
     several rows share a time, is tracked so by itself. velocity: reported speeds, courses, vertical rates and range
     rates are used where they make held-out positions likelier; False leaves them out. keep: columns of the input that
