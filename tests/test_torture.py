@@ -31,6 +31,20 @@ def test_nothing_is_lost_or_beyond_numbers(filter):
     assert total["updates"] > 20_000 and not offenders
 
 
+@pytest.mark.parametrize(
+    ("filter", "sensor", "number", "sd", "step"),
+    [
+        ("vsmm-ag", "polar-height", 11, 1e-3, 1e4),  # the state is thin along one row after the other
+        ("vsmm-ag", "polar-converted", 2, 1e-6, 1.0),  # correlated noise, of a state far less certain
+        ("vsmm-ds", "polar-converted", 31, 1e6, 1e-2),
+        ("imm", "polar-rate-2", 28, 1e3, 1e3),  # a row that is believed with hindsight alone keeps its track
+    ],
+)
+def test_what_was_found_by_other_seeds(filter, sensor, number, sd, step):
+    found = torture.once(torture.Case(filter, sensor, (), (), 89, 0, 3), number, sd, step, torture.TRACKS, 89)
+    assert found.counts["updates"] > 5_000 and not found.offenders
+
+
 def test_the_checks_count_what_is_wrong():
     good = np.array([[2.0, 1.0], [1.0, 2.0]])
     assert torture_checks.indefinite(np.stack([good, good * 1e-300, good * 1e300])) == 0

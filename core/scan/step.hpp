@@ -148,7 +148,8 @@ template <class T> class Step {
         for (std::size_t k = 0; k < to.memory.size(); ++k) take(to.memory[k], from.memory[k]);
         for (std::size_t k = 0; k < to.next.size(); ++k) take(to.next[k], from.next[k]), take(to.alive[k], from.alive[k]);
         take(to.last_accepted, from.last_accepted), take(to.last_height, from.last_height), take(to.first_time, from.first_time), take(to.rejections, from.rejections);
-        take(to.surprise, from.surprise), take(to.surprise_dof, from.surprise_dof), take(to.doubt, from.doubt);
+        take(to.surprise, from.surprise), take(to.surprise_dof, from.surprise_dof);
+        take(to.doubt, from.doubt), take(to.in_doubt, from.in_doubt), take(to.height_in_doubt, from.height_in_doubt);
         for (std::size_t k = 0; k < to.believed.size(); ++k) take(to.believed[k], from.believed[k]), take(to.doubted[k], from.doubted[k]);
         for (int k = 0; k < 3; ++k) take(to.first[k], from.first[k]);
         for (int k = 0; k < 6; ++k) take(to.first_P[k], from.first_P[k]);
@@ -193,8 +194,10 @@ template <class T> class Step {
         if (any(impossible)) disbelieve(s, scan.input, impossible, gating, out);
         if (gating) gate(s, scan.input, sensor, m, log_outlier, out);
         if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
+        const Mask<T> height = spec.axes == 3 ? m.present[std::min(2, spec.rows - 1)] : splat_mask<T>(false);
+        if (hindsight.active()) hindsight.date(s, out, height);
         s.last_accepted = select<T>(out.measured & inverse(out.gated), s.time, s.last_accepted);
-        if (spec.axes == 3) s.last_height = select<T>(m.present[std::min(2, spec.rows - 1)] & inverse(out.gated), s.time, s.last_height);
+        if (spec.axes == 3) s.last_height = select<T>(height & inverse(out.gated), s.time, s.last_height);
         if (!s.settled || any(out.restarted)) begin(s, sensor.spec, scan, sensor, out);
     }
 
