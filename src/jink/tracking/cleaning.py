@@ -14,6 +14,7 @@ import polars as pl
 from ..io.measurements import DIMENSIONS
 from ..io.stages import stage
 from ..io.values import codes_of, order_of
+from .height_jumps import impossible_heights
 
 STALE_SPEED = 0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
 STALE_SPEED_AT_END = 5.0  # m/s: the same at the end of a track, where no next position tells
@@ -54,7 +55,9 @@ class Cleaned:
 
 @stage("clean")
 def clean(rows: pl.DataFrame, position: str, how: Cleaning) -> Cleaned:
-    """Sort, drop duplicates, blank stale positions, split at gaps, drop what is too short, in this order."""
+    """Sort, drop duplicates, blank stale positions, split at gaps, drop first positions that the next contradict, blank
+    heights that cannot be, drop what is too short, in this order.
+    """
     state = Cleaned(rows)
     _order(state, how.sort)
     state.rows = state.rows.with_columns(measured=measured_rows(state.rows, position))
@@ -63,6 +66,7 @@ def clean(rows: pl.DataFrame, position: str, how: Cleaning) -> Cleaned:
     _parts(state, how.gap if how.gap > 0 else np.inf)
     if how.fastest > 0:
         state.counts["wrong_starts"] = _starts(state, position, how.fastest)
+        state.counts["impossible_heights"] = _heights(state, position, how.fastest)
     _short(state, how.min_points)
     return state
 
@@ -244,6 +248,20 @@ def _starts(state: Cleaned, position: str, fastest: float) -> int:
     bad = np.zeros(rows.height, bool)
     bad[measured[starts[wrong]]] = True
     state.drop(bad, "the next positions contradict this first one")
+    return int(bad.sum())
+
+
+def _heights(state: Cleaned, position: str, fastest: float) -> int:
+    """Heights that no target of the kind can climb to become misses, and their positions stay."""
+    name = {"geographic": "altitude", "cartesian": "z"}.get(position, "")
+    rows = state.rows
+    if name not in rows.columns:
+        return 0
+    new = changes(rows["target"], rows["part"])
+    bad = impossible_heights(rows["time"].to_numpy(), rows[name].to_numpy(), new, fastest)
+    if bad.any():
+        missing = pl.when(pl.Series(bad)).then(float("nan")).otherwise(pl.col(name))
+        state.rows = rows.with_columns(missing.alias(name))
     return int(bad.sum())
 
 

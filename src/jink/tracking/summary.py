@@ -20,6 +20,7 @@ CLEANED = {
     "missing_positions": "rows without a position, predicted",
     "without_position": "rows rejected because no position is near in time",
     "wrong_starts": "first positions rejected because the next contradict them",
+    "impossible_heights": "heights taken as missing: nothing climbs to them and back so fast",
     "gaps": "gaps that begin a new part",
     "short_parts": "parts rejected as too short",
 }
