@@ -22,6 +22,7 @@ The exit status is 1 where the last two are not 0.
 from __future__ import annotations
 
 import argparse
+import copy
 import json
 import multiprocessing
 import sys
@@ -175,7 +176,7 @@ def changed_body(text: str, rng: Rng) -> str:
         elif kind == 4 and isinstance(holder, dict):
             holder[str(rng.choice(["kind", "x", "motions", "sensor", str(key) + "s"]))] = value
         else:
-            holder[key] = HOSTILE[int(rng.integers(len(HOSTILE)))]
+            holder[key] = copy.deepcopy(HOSTILE[int(rng.integers(len(HOSTILE)))])
     return json.dumps(body)
 
 
