@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any, NamedTuple
 
+import numpy as np
 import polars as pl
 
 from ..io.kept import MARK, alike
@@ -122,19 +123,18 @@ def shares(store: Store, where: Sequence[Place], most: int) -> list[tuple[str, s
                     found = pl.DataFrame(pa.Table.from_batches([reader.get_batch(place.batch)]))
                     counts.append(found.group_by("target").len("rows"))
     total = pl.concat(counts).group_by("target").agg(pl.col("rows").sum()).sort("target")
-    return list(_packed(total, most))
+    names_of = total["target"]
+    return [(names_of[first], names_of[end - 1]) for first, end in packed(total["rows"].to_numpy(), most)]
 
 
-def _packed(counts: pl.DataFrame, most: int) -> Iterator[tuple[str, str]]:
-    first = last = None
-    size = 0
-    for target, rows in counts.iter_rows():
-        if first is not None and last is not None and size + rows > most:
-            yield first, last
-            first, size = None, 0
-        first, last, size = target if first is None else first, target, size + rows
-    if first is not None and last is not None:
-        yield first, last
+def packed(sizes: np.ndarray, most: int) -> Iterator[tuple[int, int]]:
+    """First and end of successive groups whose sizes together are at most so many; of one alone where it has more."""
+    ends = np.cumsum(sizes)
+    first, done = 0, 0
+    while first < ends.size:
+        end = max(int(np.searchsorted(ends, done + most, side="right")), first + 1)
+        yield first, end
+        first, done = end, int(ends[end - 1])
 
 
 def _slices(

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import IO, Any
 
+import numpy as np
 import polars as pl
 
 from ..filters import memory
 from ..tracking.shares import Shares
 from . import job as names
-from .gathering import Place, gather
+from .gathering import Place, gather, packed
 from .gathering import shares as shares_of
 from .job import Job
 from .settling import Settled
 
+PART = 150_000  # rows that are tracked at once, of whole targets: what they take stays near the processor
 KEPT = 1 << 27  # bytes of results that wait for the next ones: those of one piece of rows
 REMEDY = "state it in the input (a column of altitudes for all), or track these files apart"
 
@@ -53,10 +55,17 @@ def _tables(job: Job, settled: Settled, where: Sequence[Place], shares: Shares) 
     for between in shares_of(job.store, where, job.piece):
         rows = gather(job.store, settled.kind, where, between)
         shares.tally.rows += rows.height
-        if rows.height:
-            measured = settled.kind.measurements(rows)
-            del rows
-            yield from shares.tables(measured)
+        for some in whole_targets(rows, PART):
+            yield from shares.tables(settled.kind.measurements(some))
+
+
+def whole_targets(rows: pl.DataFrame, most: int) -> Iterator[pl.DataFrame]:
+    """Parts of at most so many rows, or of one target, by the targets' names; rows of a target keep their order."""
+    ordered = rows.sort("target", maintain_order=True)
+    sizes = ordered["target"].rle().struct.field("len").to_numpy()
+    starts = np.r_[0, np.cumsum(sizes)]
+    for first, end in packed(sizes, most):
+        yield ordered.slice(starts[first], starts[end] - starts[first])
 
 
 def grounds_of(settled: Settled) -> str:
