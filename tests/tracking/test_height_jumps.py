@@ -11,11 +11,16 @@ AIRCRAFT = 300.0  # m/s
 FOOT = 0.3048
 
 
-def _bad(height, time=None, new=None, fastest=AIRCRAFT) -> list[int]:
+def _found(height, time=None, new=None, fastest=AIRCRAFT) -> tuple[list[int], int]:
     height = np.array(height, float)
     time = np.arange(height.size, dtype=float) if time is None else np.array(time, float)
     new = np.arange(height.size) == 0 if new is None else np.array(new, bool)
-    return np.flatnonzero(impossible_heights(time, height, new, fastest)).tolist()
+    bad, jumps = impossible_heights(time, height, new, fastest)
+    return np.flatnonzero(bad).tolist(), jumps
+
+
+def _bad(*arguments, **more) -> list[int]:
+    return _found(*arguments, **more)[0]
 
 
 LEVEL = [3000.0] * 20
@@ -44,6 +49,12 @@ def test_what_may_be_the_truth_stays():
     long = np.arange(0.0, 2.0 * LONGEST, 5.0)
     assert _bad([*LEVEL * 3, *0.0 * long, *LEVEL * 3], np.r_[:60, 60 + long, 200:260.0]) == []
     assert _bad([3000.0, 9000.0, np.nan]) == [] == _bad([]) == _bad([np.nan] * 5)
+
+
+def test_jumps_that_are_left_are_counted():
+    assert _found([*LEVEL, *[9000.0] * 20]) == ([], 1)
+    assert _found([9000.0, *LEVEL, *[9000.0] * 3, *LEVEL]) == ([21, 22, 23], 1)
+    assert _found([*LEVEL, *LEVEL])[1] == 0 == _found([*LEVEL, 9000.0, *LEVEL])[1]
 
 
 def test_another_part_is_another_matter():

@@ -15,28 +15,41 @@ SLACK = 2.0  # s by which two time stamps may be wrong together
 LONGEST = 60.0  # s
 
 
-def impossible_heights(time: np.ndarray, height: np.ndarray, new: np.ndarray, fastest: float) -> np.ndarray:
-    """Rows (N,) whose height cannot be; time (N,) s, height (N,) m, NaN: none, new (N,) first rows of parts."""
+def impossible_heights(time: np.ndarray, height: np.ndarray, new: np.ndarray, fastest: float) -> tuple[np.ndarray, int]:
+    """Rows (N,) whose height cannot be, and how many jumps are left, of which one side is wrong and nothing says which.
+
+    time (N,) s, height (N,) m, NaN: none, new (N,) first rows of parts.
+    """
     bad = np.zeros(time.size, bool)
     known = np.flatnonzero(np.isfinite(height))
-    if known.size < 3:
-        return bad
-    t, h, part = time[known], height[known], np.cumsum(new)[known]
-    same = part[1:] == part[:-1]
-    cut = np.r_[True, ~same | _apart(h[:-1], h[1:], t[1:] - t[:-1], fastest)]
-    first = np.flatnonzero(cut)
-    last = np.r_[first[1:] - 1, known.size - 1]
+    if known.size < 2:
+        return bad, 0
+    part = np.cumsum(new)[known]
+    cut = _cuts(time[known], height[known], part, fastest)
+    bad[known] = _wrong(time[known], height[known], part, cut, fastest)
+    good = known[~bad[known]]
+    return bad, int(_cuts(time[good], height[good], np.cumsum(new)[good], fastest).sum()) if cut.any() else 0
+
+
+def _cuts(t: np.ndarray, h: np.ndarray, part: np.ndarray, fastest: float) -> np.ndarray:
+    """Where a height is too far from the one before it in its part (N - 1,)."""
+    return (part[1:] == part[:-1]) & _apart(h[:-1], h[1:], t[1:] - t[:-1], fastest)
+
+
+def _wrong(t: np.ndarray, h: np.ndarray, part: np.ndarray, cut: np.ndarray, fastest: float) -> np.ndarray:
+    """The rows of stretches between two cuts that are wrong (N,)."""
+    first = np.flatnonzero(np.r_[True, cut | (part[1:] != part[:-1])])
+    last = np.r_[first[1:] - 1, t.size - 1]
     rows = last - first + 1
-    if first.size < 3:
-        return bad
     before, here, after = slice(None, -2), slice(1, -1), slice(2, None)
     one_part = (part[first[before]] == part[first[here]]) & (part[first[after]] == part[first[here]])
     few = (rows[here] < rows[before]) & (rows[here] < rows[after]) & (t[last[here]] - t[first[here]] < LONGEST)
     out, back = last[before], first[after]
     agree = ~_apart(h[out], h[back], t[back] - t[out], fastest)
-    wrong = np.r_[False, one_part & few & agree, False]
-    bad[known] = np.repeat(wrong, rows)
-    return bad
+    # the first stretch and the last one have no way there and back
+    between = np.zeros(first.size, bool)
+    between[1:-1] = one_part & few & agree
+    return np.repeat(between, rows)
 
 
 def _apart(one: np.ndarray, other: np.ndarray, elapsed: np.ndarray, fastest: float) -> np.ndarray:
