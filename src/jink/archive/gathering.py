@@ -18,11 +18,12 @@ from .store import Store
 
 
 class Place(NamedTuple):
-    """A slice of an input file: the file's number, what is the same in its rows, and the batch that it is."""
+    """A slice of an input file: the file's number, what is the same in its rows, the batch that it is, and its rows."""
 
     number: int
     same: dict[str, Any]
     batch: int
+    rows: int
 
 
 @dataclass(frozen=True)
@@ -87,29 +88,67 @@ def places(said: Sequence[dict[str, Any]], bucket: int) -> list[Place]:
     """Where the rows of a bucket are, in the order of the files."""
     name = str(bucket)
     return [
-        Place(number, part["same"], part["slices"][name])
+        Place(number, part["same"], part["slices"][name], part["rows"][name])
         for number, each in enumerate(said)
         for part in each["parts"]
         if name in part["slices"]
     ]
 
 
-def gather(store: Store, kind: Kind, where: Sequence[Place]) -> pl.DataFrame:
-    """The rows of a bucket in the order of the files."""
-    frames = list(_slices(store, kind, where))
+def gather(store: Store, kind: Kind, where: Sequence[Place], between: tuple[str, str] | None = None) -> pl.DataFrame:
+    """The rows of a bucket in the order of the files; between: those of some targets, from the first to the last."""
+    frames = list(_slices(store, kind, where, between))
     if not frames:
         return pl.DataFrame(schema=kind.columns)
     return pl.concat(frames, rechunk=True)
 
 
-def _slices(store: Store, kind: Kind, where: Sequence[Place]) -> Iterator[pl.DataFrame]:
+def shares(store: Store, where: Sequence[Place], most: int) -> list[tuple[str, str] | None]:
+    """A bucket in shares of whole targets, in the order of their names: the first and the last of each. A share has
+    at most `most` rows, or one target. None: the whole bucket.
+    """
     import pyarrow as pa
 
+    if sum(place.rows for place in where) <= most:
+        return [None]
+    counts: list[pl.DataFrame] = []
+    for number, some in groupby(where, lambda place: place.number):
+        with store.open(names.slices(number)) as source, pa.ipc.open_file(source) as reader:
+            column = reader.schema.get_field_index("target")
+        with store.open(names.slices(number)) as source:
+            options = pa.ipc.IpcReadOptions(included_fields=[column])
+            with pa.ipc.open_file(source, options=options) as reader:
+                for place in some:
+                    found = pl.DataFrame(pa.Table.from_batches([reader.get_batch(place.batch)]))
+                    counts.append(found.group_by("target").len("rows"))
+    total = pl.concat(counts).group_by("target").agg(pl.col("rows").sum()).sort("target")
+    return list(_packed(total, most))
+
+
+def _packed(counts: pl.DataFrame, most: int) -> Iterator[tuple[str, str]]:
+    first = last = None
+    size = 0
+    for target, rows in counts.iter_rows():
+        if first is not None and last is not None and size + rows > most:
+            yield first, last
+            first, size = None, 0
+        first, last, size = target if first is None else first, target, size + rows
+    if first is not None and last is not None:
+        yield first, last
+
+
+def _slices(
+    store: Store, kind: Kind, where: Sequence[Place], between: tuple[str, str] | None
+) -> Iterator[pl.DataFrame]:
+    import pyarrow as pa
+
+    some_targets = True if between is None else pl.col("target").is_between(pl.lit(between[0]), pl.lit(between[1]))
     for number, some in groupby(where, lambda place: place.number):
         with store.open(names.slices(number)) as source, pa.ipc.open_file(source) as reader:
             for place in some:
                 batch = reader.get_batch(place.batch)
-                yield _shaped(pl.DataFrame(pa.Table.from_batches([batch])), place.same, kind.columns)
+                frame = pl.DataFrame(pa.Table.from_batches([batch])).filter(some_targets)
+                yield _shaped(frame, place.same, kind.columns)
 
 
 def _shaped(frame: pl.DataFrame, same: dict[str, Any], columns: dict[str, Any]) -> pl.DataFrame:

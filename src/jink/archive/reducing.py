@@ -7,12 +7,15 @@ from typing import IO, Any
 
 import polars as pl
 
+from ..filters import memory
 from ..tracking.shares import Shares
 from . import job as names
 from .gathering import Place, gather
+from .gathering import shares as shares_of
 from .job import Job
 from .settling import Settled
 
+KEPT = 1 << 27  # bytes of results that wait for the next ones: those of one piece of rows
 REMEDY = "state it in the input (a column of altitudes for all), or track these files apart"
 
 
@@ -21,13 +24,9 @@ def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place
     job.check()
     lost: list[pl.DataFrame] = []
     shares = Shares(job.settings, lost.append, REMEDY, settled.known, dict(settled.schema))
-    rows = gather(job.store, settled.kind, where)
-    shares.tally.rows = rows.height
     size = 0
-    if rows.height:
-        measured = settled.kind.measurements(rows)
-        del rows
-        tables = shares.tables(measured)
+    with memory.at_most(KEPT):
+        tables = _tables(job, settled, where, shares)
         first = next(tables, None)
         if first is not None:
             size = job.store.put(names.tracks(bucket), lambda handle: _write(first, tables, handle))
@@ -47,6 +46,17 @@ def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place
     }
     job.say(names.reduced(bucket), done)
     return done
+
+
+def _tables(job: Job, settled: Settled, where: Sequence[Place], shares: Shares) -> Iterator[pl.DataFrame]:
+    """The tracks of a bucket by target; of a large one, only some targets are in memory at a time."""
+    for between in shares_of(job.store, where, job.piece):
+        rows = gather(job.store, settled.kind, where, between)
+        shares.tally.rows += rows.height
+        if rows.height:
+            measured = settled.kind.measurements(rows)
+            del rows
+            yield from shares.tables(measured)
 
 
 def grounds_of(settled: Settled) -> str:
