@@ -127,8 +127,9 @@ def live(filter: Any, rows: Rows, tracks: int, prior: Prior | None) -> Counter[s
     time, z = (values.reshape(tracks, -1, *values.shape[1:])[:, :scans] for values in (rows.time, rows.z))
     lag = 0 if filter.not_smoothed else 2
     first, second, total = filter.start(tracks, lag=lag), filter.start(tracks, lag=lag), Counter[str]()
-    for track in range(tracks if prior is not None else 0):
-        first.begin(track, np.asarray(prior.x), np.asarray(prior.P), float(time[track, 0]))
+    if prior is not None:
+        for track in range(tracks):
+            first.begin(track, np.asarray(prior.x), np.asarray(prior.P), float(time[track, 0]))
     statuses = []
     for scan in range(scans):
         if scan == scans // 2:

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import os
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, cast
 
+from .._engine import native
 from .stages import stage
 
-MEMBER = 1 << 22  # bytes of text in one member
+MEMBER = 1 << 20  # bytes of text in one member
 LEVEL = 1  # of zlib: six times as fast as 6, 7 % larger
-# Digits of measured numbers hardly repeat: without a search for what does, packing takes two thirds of the time.
-# Such files are up to a tenth larger. Names of keys do repeat, so JSON and maps are searched.
-STRATEGIES = {"csv": zlib.Z_HUFFMAN_ONLY}
+# Digits of measured numbers hardly repeat, so CSV is packed without a search for what does, by jink itself. Such files
+# are up to a tenth larger. Names of keys do repeat, so JSON and maps are searched.
+UNSEARCHED = ("csv",)
 
 
 @contextmanager
@@ -25,7 +26,7 @@ def maybe_packed(handle: IO[bytes], packed: bool, kind: str = "") -> Iterator[IO
     if not packed:
         yield handle
         return
-    out = Packed(handle, STRATEGIES.get(kind, zlib.Z_DEFAULT_STRATEGY))
+    out = Packed(handle, _coded if kind in UNSEARCHED else _searched)
     yield cast(IO[bytes], out)
     out.finish()
 
@@ -33,18 +34,21 @@ def maybe_packed(handle: IO[bytes], packed: bool, kind: str = "") -> Iterator[IO
 class Packed:
     """Bytes to the members of a gzip file, several of them packed at the same time."""
 
-    def __init__(self, handle: IO[bytes], strategy: int = zlib.Z_DEFAULT_STRATEGY) -> None:
-        self.handle, self.strategy = handle, strategy
+    def __init__(self, handle: IO[bytes], member: Callable[[bytes], bytes]) -> None:
+        self.handle, self.member = handle, member
         self.pool = ThreadPoolExecutor(os.cpu_count() or 1)
         self.waiting: list[Future[bytes]] = []
         self.held = bytearray()
 
     def write(self, text: bytes) -> int:
         """Take some bytes more."""
-        self.held += text
-        while len(self.held) >= MEMBER:
-            self._pack(bytes(self.held[:MEMBER]))
-            del self.held[:MEMBER]
+        view = memoryview(text)
+        while len(self.held) + len(view) >= MEMBER:
+            size = MEMBER - len(self.held)
+            self._pack(b"".join((self.held, view[:size])))
+            self.held.clear()
+            view = view[size:]
+        self.held += view
         return len(text)
 
     def flush(self) -> None:
@@ -59,13 +63,17 @@ class Packed:
         self.pool.shutdown()
 
     def _pack(self, text: bytes) -> None:
-        self.waiting.append(self.pool.submit(_member, text, self.strategy))
+        self.waiting.append(self.pool.submit(self.member, text))
         if len(self.waiting) > 2 * (os.cpu_count() or 1):
             self.handle.write(self.waiting.pop(0).result())
 
 
-def _member(text: bytes, strategy: int) -> bytes:
-    pack = zlib.compressobj(LEVEL, wbits=31, strategy=strategy)
+def _coded(text: bytes) -> bytes:
+    return native.huffman_member(text, zlib.crc32(text))
+
+
+def _searched(text: bytes) -> bytes:
+    pack = zlib.compressobj(LEVEL, wbits=31)
     return pack.compress(text) + pack.flush()
 
 
