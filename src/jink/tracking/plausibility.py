@@ -430,9 +430,7 @@ def _lasting(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
             [slant_height(seconds[low:high], plane[low:high]) for low, high in zip(starts, ends, strict=True)]
         )
     found = {"error_sd": sd, "error_seconds": lasting, "slant": slant.astype(float)}
-    parts = pl.DataFrame({"target": names, **found}).with_columns(
-        pl.col(list(found)).fill_nan(None)
-    )
+    parts = pl.DataFrame({"target": names, **found}).with_columns(pl.col(list(found)).fill_nan(None))
     return parts.group_by("target").agg(pl.col(list(found)).median())
 
 
