@@ -144,17 +144,18 @@ template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, cons
     T before[largest_state], P[packed_size(largest_state)], after[largest_state];
     const Fix<T> fix = step.position_of(scan);
     const Mask<T> taken = o.scored & inverse(o.gated) & fix.position;
-    step.ahead.merge_pairs();
-    combine(step.ahead.predicted.data(), step.ahead.prior.data(), before, P);
     T *past = s.memory.data() + s.memory.size() - d.memory(axes);
+    const T *arena = s.arena.data(), *probability = s.probability.data(), *prior = step.ahead.prior.data();
     if (d.kind == AidInputs::plane) {
-        T P_after[packed_size(largest_state)];
-        combine(s.arena.data(), s.probability.data(), after, P_after);
-        const Seen<T> seen{before, P, after, P_after, s.probability.data(), step.ahead.prior.data(), scan.time, &fix, taken, o.initialised | o.restarted};
+        combine(arena, probability, after, nullptr);
+        const PlaneMoments<T> predicted(c, step.ahead.predicted.data(), prior, 0), position(c, arena, probability, 0), velocity(c, arena, probability, 1);
+        const Seen<T> seen{predicted, position, velocity, after, probability, prior, scan.time, &fix, taken, o.initialised | o.restarted};
         plane(seen, past, correction.data());
         return;
     }
-    combine(s.arena.data(), s.probability.data(), after, nullptr);
+    step.ahead.merge_pairs();
+    combine(step.ahead.predicted.data(), prior, before, P);
+    combine(arena, probability, after, nullptr);
     const T one = splat<T>(1.0), *factor = &numbers[4 * d.inputs + d.outputs + 1];
     for (int i = 0; i < n; ++i) correction[i] = splat<T>(0.0), correction[n + i] = one;
     for (int a = 0; a < axes; ++a) {

@@ -183,7 +183,7 @@ def test_saved_and_loaded(tmp_path):
     ("change", "words"),
     [
         ({"bias": [0.0] * 3}, "even: expected finite numbers of shape"),
-        ({"scale": [0.0] * 25}, "scale: expected positive"),
+        ({"scale": [0.0] * 24}, "scale: expected positive"),
         ({"memory": 1.5}, "memory: expected"),
         ({"fade": 0.0}, "fade"),
     ],
@@ -210,7 +210,7 @@ def test_the_engine_refuses_numbers_that_its_layers_do_not_take():
 
     _, aided = filters()
     declaration = native.Declaration(aided.declaration)
-    for inputs, sizes, numbers in ((19, [5], [1.0]), (17, [5], aided.corrector.numbers()), (19, [999], [1.0])):
+    for inputs, sizes, numbers in ((18, [5], [1.0]), (16, [5], aided.corrector.numbers()), (18, [999], [1.0])):
         declaration.aid = native.Aid(
             kind=native.AidInputs.plane, inputs=inputs, outputs=1, sizes=sizes, numbers=numbers
         )

@@ -63,7 +63,7 @@ def one(names, c, scan, m):
     before, P_before = block(names, scan["x_before"], scan["P_before"], "p")
     _, Pp = block(names, scan["x"], scan["P"], "p")
     v, Pv = block(names, scan["x"], scan["P"], "v")
-    a, Pa = block(names, scan["x"], scan["P"], "a")
+    a, _ = block(names, scan["x"], scan["P"], "a")
     turn = scan["x"][names.index("turn_rate")] if "turn_rate" in names else 0.0
     R, S, nu = scan["R"], P_before + scan["R"], scan["z"] - before
     speed = hypot(*v)
@@ -80,7 +80,7 @@ def one(names, c, scan, m):
     m.time = scan["time"]
 
     # inputs
-    p_sd, v_sd, a_sd, z_sd = size(Pp), size(Pv), size(Pa), size(R)
+    p_sd, v_sd, z_sd = size(Pp), size(Pv), size(R)
     pull, tau = p_sd / v_sd**2, p_sd / v_sd
     fast, slow = sqrt(1 - FAST**2) * m.fast, sqrt(1 - SLOW**2) * m.slow
 
@@ -93,7 +93,6 @@ def one(names, c, scan, m):
         *scan["mu"][:-1],
         ln(p_sd / z_sd),
         ln(dt / tau),
-        ln(a_sd * pull),
         min(ln(speed / v_sd), FASTEST),
         (e @ Pv @ e - n @ Pv @ n) / (2 * v_sd**2),
         e @ fast,

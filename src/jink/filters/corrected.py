@@ -38,7 +38,8 @@ class Corrected(Bank):
             raise ValueError(f"corrector: expected at most {LARGEST_LAYER} units in a layer, got {corrector.hidden}")
         self.filter_, self.corrector = filter, corrector
         self.motions, self.sensors = filter.motions, filter.sensors
-        self.outliers, self.initial, self.not_smoothed = filter.outliers, filter.initial, filter.not_smoothed
+        self.outliers, self.initial, self.coast = filter.outliers, filter.initial, filter.coast
+        self.not_smoothed = filter.not_smoothed
         self.declaration = native.Declaration(filter.declaration)
         self.declaration.aid = native.Aid(
             kind=native.AidInputs.plane,

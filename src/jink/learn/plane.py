@@ -47,18 +47,20 @@ def fit_plane(
     epochs: int = EPOCHS,
     seed: int = 0,
     memory: bool = True,
+    more: tuple[list[Pairs], list[Pairs]] = ((), ()),  # type: ignore[assignment]
     progress: Callable[[str, int, int], None] | None = None,
 ) -> PlaneCorrector:
     """A correction of the kind's default filter; the epoch that does best on unseen families is kept.
 
-    memory: whether the network sees what is remembered of earlier scans. Errors: ValueError for other kinds than those
+    memory: whether the network sees what is remembered of earlier scans; more: further rows to learn from and to check
+    on. Errors: ValueError for other kinds than those
     of ``SPREADS``, or for too few families.
     """
     if families < FEWEST:
         raise ValueError(f"families: expected at least {FEWEST}, got {families}")
     parts = drawn(kind, families, seed, progress)
     unseen = max(2, round(CHECK * families))
-    training, check = Pairs.joined(parts[unseen:]), Pairs.joined(parts[:unseen])
+    training, check = Pairs.joined([*parts[unseen:], *more[0]]), Pairs.joined([*parts[:unseen], *more[1]])
     low, high, centre, scale = ranges(training)
     if not memory:
         scale = _without_memory(scale, training.even.shape[1])
@@ -81,6 +83,18 @@ def fit_plane(
     return PlaneCorrector(**{k: np.asarray(v).tolist() for k, v in (given | layers).items()})
 
 
+def left_over(corrector: PlaneCorrector, pairs: Pairs) -> tuple[float, float]:
+    """RMS error of position and velocity with the correction over that without, as every track weighs the same."""
+    values = [np.asarray(getattr(corrector, name)) for name in PlaneCorrector.LAYERS]
+    u, w, error, weight, _ = _scaled(
+        pairs, *(np.asarray(v) for v in (corrector.low, corrector.high, corrector.centre, corrector.scale))
+    )
+    said = _forward(values, u, w)[0]
+    after, before = ((weight * e**2).reshape(-1, 2, 2).sum(axis=(0, 2)) for e in (error - said, error))
+    position, velocity = np.sqrt(after / before).tolist()
+    return position, velocity
+
+
 def ranges(pairs: Pairs) -> tuple[Array, Array, Array, Array]:
     """Low, high, centre and scale of each input; those of odd ones are even about zero."""
     even_low, even_high = np.quantile(pairs.even, QUANTILES, axis=0)
@@ -93,9 +107,9 @@ def ranges(pairs: Pairs) -> tuple[Array, Array, Array, Array]:
 
 def _without_memory(scale: Array, even: int) -> Array:
     """Inputs of the memory scaled to nothing: two sums along, two averages, two sums across."""
-    modes = (even - 13) // 2
+    modes = (even - 12) // 2
     out = scale.copy()
-    out[[7 + modes, 8 + modes, even - 2, even - 1, even + ODD - 2, even + ODD - 1]] = 1e9
+    out[[6 + modes, 7 + modes, even - 2, even - 1, even + ODD - 2, even + ODD - 1]] = 1e9
     return out
 
 

@@ -121,7 +121,7 @@ def _size(M: Array) -> Array:
 
 def inputs_of(seen: Watched, time: Array, z: Array, R: Array) -> tuple[Array, Array, Array, Array]:
     """Even inputs (B, S, inputs), odd ones (B, S, ODD), and the unit vectors along and across: docs/corrector.md."""
-    (before, P_before), (_, Pp), (v, Pv), (a, Pa) = (
+    (before, P_before), (_, Pp), (v, Pv), (a, _) = (
         seen.block("p", "before"), seen.block("p"), seen.block("v"), seen.block("a")
     )  # fmt: skip
     speed = np.linalg.norm(v, axis=-1)
@@ -149,7 +149,6 @@ def inputs_of(seen: Watched, time: Array, z: Array, R: Array) -> tuple[Array, Ar
         *(seen.probability[..., j] for j in range(modes)),
         ln(p_sd / z_sd),
         ln(dt / tau),
-        ln(_size(Pa) * pull),
         np.minimum(ln(speed / v_sd), FASTEST),
         (_form(Pv, e, e) - _form(Pv, n, n)) / (2 * v_sd**2),
         of(fast, e),

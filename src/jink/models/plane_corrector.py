@@ -17,7 +17,7 @@ ANSWERS = (3, 2)  # even ones: along in position and velocity, and of P; odd one
 
 def even_inputs(modes: int) -> int:
     """How many inputs stay as they are when the plane is mirrored, for a filter of so many modes."""
-    return 13 + 2 * (modes - 1)
+    return 12 + 2 * (modes - 1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ class PlaneCorrector:
     @property
     def modes(self) -> int:
         """Of the filter that it corrects."""
-        return (len(self.low) - ODD - 13) // 2 + 1
+        return (len(self.low) - ODD - 12) // 2 + 1
 
     @property
     def hidden(self) -> int:
