@@ -117,7 +117,7 @@ def _scaled(pairs: Pairs, low: Array, high: Array, centre: Array, scale: Array) 
     u = (np.clip(np.hstack([pairs.even, pairs.odd]), low, high) - centre) / scale
     n = pairs.even.shape[1]
     columns = u[:, :n], u[:, n:], pairs.error, pairs.weight, pairs.inverse
-    return tuple(a.astype(np.float32) for a in columns)
+    return tuple(a.astype(np.float32) for a in columns)  # type: ignore[return-value]
 
 
 def _initial(even: int, hidden: int, rng: np.random.Generator) -> Parameters:

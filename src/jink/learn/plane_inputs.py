@@ -108,7 +108,8 @@ def pairs_of(filter: Any, time: Array, z: Array, R: Array, position: Array, velo
     P = J @ seen.P_after[good][:, at][:, :, at] @ J.swapaxes(1, 2)
     columns = even[good], odd[good], error, unit**2 / np.repeat(mean, 2), np.linalg.inv(P)
     names = ("even", "odd", "error", "weight", "inverse")
-    return Pairs(**{name: a.astype(np.float32) for name, a in zip(names, columns, strict=True)})
+    narrow: dict[str, Any] = {name: a.astype(np.float32) for name, a in zip(names, columns, strict=True)}
+    return Pairs(**narrow)
 
 
 def _form(M: Array, a: Array, b: Array) -> Array:

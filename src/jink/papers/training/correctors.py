@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from ...catalogue.choose import default_filter
 from ...catalogue.learned import CORRECTED
@@ -13,8 +14,8 @@ from ...models.provenance import VERSION, Trained
 from ...models.sensor import Position
 from .trainer import Trainer
 
-SETTINGS = {"families": 1500, "hidden": 32, "epochs": 20}
-QUICK = {"families": FEWEST, "hidden": 4, "epochs": 1}
+SETTINGS: dict[str, Any] = {"families": 1500, "hidden": 32, "epochs": 20}
+QUICK: dict[str, Any] = {"families": FEWEST, "hidden": 4, "epochs": 1}
 
 
 def corrector(kind: str) -> Trainer:
