@@ -62,6 +62,7 @@ class Found(NamedTuple):
 def made(case: Case, sd: float, step: float, rng: np.random.Generator) -> Any:
     """The filter for a purpose drawn at random. Errors: ValueError where it cannot be made for it."""
     kind, outliers = str(rng.choice(list(KINDS))), Outliers() if rng.random() < 0.5 else None
+    kind = "fighter" if case.filter == "imm-corrected" else kind  # the only kind that it was trained for
     purpose = Purpose(sensor=SENSORS[case.sensor](sd), kind=kind, sd=sd, interval=step, outliers=outliers)
     make = FILTERS[case.filter]
     if outliers is not None and rng.random() < 0.5:

@@ -60,7 +60,7 @@ void bind_enumerations(nb::module_ &module) {
                           {"dimension", Propose::dimension}});
     enumeration<AidInputs>(module, "AidInputs", "What a learned correction looks at.",
                            {{"none", AidInputs::none}, {"residuals", AidInputs::residuals}, {"innovations", AidInputs::innovations},
-                            {"sums", AidInputs::sums}});
+                            {"sums", AidInputs::sums}, {"plane", AidInputs::plane}});
     enumeration<AidModel>(module, "AidModel", "A network, or the shape of an ANFIS's membership functions.",
                           {{"network", AidModel::network},
                            {"triangular", AidModel::triangular},

@@ -55,7 +55,7 @@ class Runner {
             rows.read(k, scan, input);
             const Pack before = state.time;
             const Outcome<Pack> o = step.step(state, scan, detail);
-            if (aid.active()) aid(step, state, scan, o);
+            if (aid.active() && !smoothing) aid(step, state, scan, o);
             total = total + select<Pack>(scan.active, o.log_likelihood, splat<Pack>(0.0));
             if (likelihood.wanted()) likelihood.put(k, &o.log_likelihood, scan.active);
             if (nis.wanted()) nis.put(k, &o.nis, o.scored);
@@ -96,7 +96,7 @@ class Runner {
     void estimate(int k, const Pack *arena, const Pack *probability, Mask<Pack> started, const std::vector<Pack> &alive) {
         if (x.wanted() || P.wanted()) {
             combine(arena, probability, xs, P.wanted() ? Ps : nullptr);
-            corrected(aid.correction, xs, P.wanted() ? Ps : nullptr);
+            if (!smoothing) corrected(aid.correction, xs, P.wanted() ? Ps : nullptr);
             if (x.wanted()) x.put(k, xs, started);
             if (P.wanted()) P.put(k, Ps, started);
         }

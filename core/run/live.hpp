@@ -75,7 +75,7 @@ template <class T> class Live {
         const T before = s.time;
         out.outcome = step.step(s, scan, detail);
         out.doubt = s.doubt;
-        if (aid.active()) aid(step, s, scan, out.outcome), out.correction = aid.correction;
+        if (aid.active() && lag == 0) aid(step, s, scan, out.outcome), out.correction = aid.correction;
         if (lag > 0) {
             delay(pack, scan, before, out);
         } else {

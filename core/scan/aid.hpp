@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "scan/combine.hpp"
+#include "scan/plane_corrector.hpp"
 #include "scan/step.hpp"
 
 namespace jink::inline JINK_LEVEL {
@@ -92,6 +93,7 @@ template <class T> class Aid {
     std::vector<T> numbers;  // low, high, centre, scale of each input; scale of each output; how far the answer fades, in widths; factors of sds
     Network<T> network;
     Anfis<T> anfis;
+    PlaneCorrector<T> plane;
 
     // Of the newest innovation, the newest two, four, ..., each over the root of how many they are.
     void sums(const T *innovations, T *u) const {
@@ -123,6 +125,11 @@ template <class T>
 Aid<T>::Aid(const Composition<T> &composition)
     : c(composition), d(c.declared.aid), combine(composition), numbers(Composition<T>::numbers(d.numbers)) {
     if (!active()) return;
+    correction.assign(2 * c.reported.n, splat<T>(0.0));
+    if (d.kind == AidInputs::plane) {
+        plane = PlaneCorrector<T>(d, c.reported);
+        return;
+    }
     const int used = 4 * d.inputs + d.outputs + 1 + aid_factors;
     if (d.model == AidModel::network) {
         network.sizes = d.sizes;
@@ -130,7 +137,6 @@ Aid<T>::Aid(const Composition<T> &composition)
     } else {
         anfis = Anfis<T>(d.model, d.sizes, d.outputs, &numbers[used]);
     }
-    correction.assign(2 * c.reported.n, splat<T>(0.0));
 }
 
 template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o) {
@@ -138,12 +144,20 @@ template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, cons
     T before[largest_state], P[packed_size(largest_state)], after[largest_state];
     const Fix<T> fix = step.position_of(scan);
     const Mask<T> taken = o.scored & inverse(o.gated) & fix.position;
+    T *past = s.memory.data() + s.memory.size() - d.memory(axes);
+    const T *arena = s.arena.data(), *probability = s.probability.data(), *prior = step.ahead.prior.data();
+    if (d.kind == AidInputs::plane) {
+        combine(arena, probability, after, nullptr);
+        const PlaneMoments<T> predicted(c, step.ahead.predicted.data(), prior, 0), position(c, arena, probability, 0), velocity(c, arena, probability, 1);
+        const Seen<T> seen{predicted, position, velocity, after, probability, prior, scan.time, &fix, taken, o.initialised | o.restarted};
+        plane(seen, past, correction.data());
+        return;
+    }
     step.ahead.merge_pairs();
-    combine(step.ahead.predicted.data(), step.ahead.prior.data(), before, P);
-    combine(s.arena.data(), s.probability.data(), after, nullptr);
+    combine(step.ahead.predicted.data(), prior, before, P);
+    combine(arena, probability, after, nullptr);
     const T one = splat<T>(1.0), *factor = &numbers[4 * d.inputs + d.outputs + 1];
     for (int i = 0; i < n; ++i) correction[i] = splat<T>(0.0), correction[n + i] = one;
-    T *past = s.memory.data() + s.memory.size() - d.memory(axes);
     for (int a = 0; a < axes; ++a) {
         const int p = a * block;
         T u[largest_layer], y[3];

@@ -55,10 +55,11 @@ struct DetectDeclaration {
 };
 
 // A learned correction of what goes out (aid.hpp).
-enum class AidInputs { none, residuals, innovations, sums };
+enum class AidInputs { none, residuals, innovations, sums, plane };
 enum class AidModel { network, triangular, gaussian, bell };
 
-inline constexpr int aid_factors = 3;  // of the sds of position, velocity, acceleration
+inline constexpr int aid_factors = 3;    // of the sds of position, velocity, acceleration
+inline constexpr int plane_memory = 13;  // numbers that a correction in the plane keeps of a track (plane_corrector.hpp)
 
 struct AidDeclaration {
     AidInputs kind = AidInputs::none;
@@ -68,7 +69,7 @@ struct AidDeclaration {
     std::vector<double> numbers;  // as Aid reads them
     // Innovations that are looked back on: input k of sums takes 2^k of them.
     int history() const { return kind == AidInputs::innovations ? inputs : kind == AidInputs::sums ? 1 << (inputs - 1) : 0; }
-    int memory(int axes) const { return history() * axes; }
+    int memory(int axes) const { return kind == AidInputs::plane ? plane_memory : history() * axes; }
 };
 
 // What a target does while nothing is measured (coasting.hpp). Times in seconds; after 0: it goes on as it was.

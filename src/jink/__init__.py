@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     )
     from .filters.aided import Aided
     from .filters.axis_by_axis import AxisByAxis
+    from .filters.corrected import Corrected
     from .filters.current_statistical import CurrentStatistical, FuzzyLimits, LimitWidening
     from .filters.fuzzy_imm import FuzzyNoise
     from .filters.imm import IMM
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from .models.fuzzy import FuzzyRules
     from .models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, KnownTurn, Singer
     from .models.outliers import Outliers
+    from .models.plane_corrector import PlaneCorrector
     from .models.provenance import VERSION as __version__
     from .models.radar import Radar
     from .models.sensor import Bearing, Polar, Position, PositionVelocity
@@ -61,6 +63,7 @@ __all__ = [
     "ConstantAcceleration",
     "ConstantVelocity",
     "CoordinatedTurn",
+    "Corrected",
     "CurrentStatistical",
     "DigraphSwitching",
     "Estimate",
@@ -78,6 +81,7 @@ __all__ = [
     "Outliers",
     "OwnFilter",
     "Page",
+    "PlaneCorrector",
     "Polar",
     "Position",
     "PositionVelocity",
@@ -115,6 +119,7 @@ _HOME = {
     "ConstantAcceleration": "models.motion",
     "ConstantVelocity": "models.motion",
     "CoordinatedTurn": "models.motion",
+    "Corrected": "filters.corrected",
     "CurrentStatistical": "filters.current_statistical",
     "DigraphSwitching": "filters.variable_structure",
     "Estimate": "estimate",
@@ -138,6 +143,7 @@ _HOME = {
     "Outliers": "models.outliers",
     "OwnFilter": "filters.own",
     "Page": "report.plot",
+    "PlaneCorrector": "models.plane_corrector",
     "Polar": "models.sensor",
     "Position": "models.sensor",
     "PositionVelocity": "models.sensor",

@@ -130,6 +130,8 @@ class AidInputs(enum.Enum):
 
     sums = 3
 
+    plane = 4
+
 class AidModel(enum.Enum):
     """A network, or the shape of an ANFIS's membership functions."""
 

@@ -20,13 +20,21 @@ REFUSED = {
     "variable-dimension": "set of modes",
     "anfis-kf": "learned aid",
     "nn-kf": "learned aid",
+    "imm-corrected": "learned aid",
     "nnvsmm-modes": "network weighs",
 }
 
 
 def made(name):
     sensor = jink.Position(sd=50.0)
-    purpose = Purpose(sensor=sensor, kind="aircraft", sd=50.0, outliers=Outliers(), gap=60.0, interval=4.0)
+    purpose = Purpose(
+        sensor=sensor,
+        kind="fighter" if name == "imm-corrected" else "aircraft",
+        sd=50.0,
+        outliers=Outliers(),
+        gap=60.0,
+        interval=4.0,
+    )
     return jink.FILTERS[name](purpose).filter
 
 

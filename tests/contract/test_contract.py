@@ -253,7 +253,9 @@ def test_smoothing_does_not_hurt(name):
         p, _ = flight(t, 2, rng)
         z = p + rng.normal(0, 25.0, p.shape)
         f, s = build(name).filter(t, z), build(name).smooth(t, z)
-        assert_allclose(s.x[-1], f.x[-1], rtol=1e-9)
+        # smoothing leaves a learned correction in the plane out: what is smoothed is the filter under it
+        last = f if not isinstance(build(name), jink.Corrected) else build(name).filter_.filter(t, z)
+        assert_allclose(s.x[-1], last.x[-1], rtol=1e-9)
         at = [f.components.index(c) for c in ("px", "py")]
         rms = [np.sqrt(np.mean((e.x[5:-3][:, at] - p[5:-3]) ** 2)) for e in (f, s)]
         better.append(rms[1] / rms[0])

@@ -20,6 +20,7 @@ SMALL = {
     "fuzzy-kalman": {"generations": 4, "population": 30, "rules": 6},
     "anfis-kf": {"epochs": 3},
     "nn-kf": {"epochs": 5},
+    "corrector": {"families": 20, "epochs": 1},
     "nnvsmm": {"epochs": 20},
     "nnvsmm-modes": {"labels": True, "epochs": 5},
 }

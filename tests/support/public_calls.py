@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ LINE = [[0.8, 0.2, 0.0], [0.1, 0.8, 0.1], [0.0, 0.2, 0.8]]
 SENSOR = jink.Position(sd=10.0)
 KALMAN = jink.Kalman(CV, SENSOR)
 PURPOSE = Purpose(sensor=SENSOR, sd=10.0)
+CORRECTED = FILTERS["imm-corrected"](Purpose(sensor=SENSOR, sd=10.0, kind="fighter")).filter
 RULES = jink.FuzzyRules([[0.0, 0.0]], [[10.0, 10.0]], [1.0])
 RADAR = jink.Radar(sd=10.0, area=(0.0, 1000.0, 0.0, 1000.0), period=1.0, clutter_per_scan=1.0)
 TABLE = pl.DataFrame({"target": ["a"] * 6, "time": TIME, "x": Z[:, 0], "y": Z[:, 1]})
@@ -71,6 +73,8 @@ def classes() -> dict[str, Call]:
             "estimator": jink.TwoStageAcceleration(**sds),
         },
         "Aided": {"filter": KALMAN, "corrector": FILTERS["nn-kf"](PURPOSE).filter.corrector},
+        "PlaneCorrector": {f.name: getattr(CORRECTED.corrector, f.name) for f in fields(CORRECTED.corrector)},
+        "Corrected": {"filter": CORRECTED.filter_, "corrector": CORRECTED.corrector},
         "Bearing": {"sd": 0.01},
         "Coasting": {"after": 1.0, "manoeuvre": 1.0, "climb": 1.0},
         "ConstantAcceleration": {"jerk_psd": 1.0},

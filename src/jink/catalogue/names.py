@@ -13,6 +13,7 @@ FilterName = Literal[
     "imm-cv-ca",
     "imm-cv-ct",
     "imm-facs",
+    "imm-corrected",
     "csaf",
     "facs",
     "two-stage",

@@ -13,7 +13,7 @@ from .adaptive import aimm3, aimm5, augmented, two_stage
 from .current_statistical import csaf, facs, imm_facs
 from .detecting import input_estimation, variable_dimension
 from .interacting import imm, imm_cv_ca, imm_cv_ct
-from .learned import anfis_kf, fuzzy_imm_, fuzzy_imm_along, fuzzy_kalman, nn_kf, nnvsmm, nnvsmm_modes
+from .learned import anfis_kf, fuzzy_imm_, fuzzy_imm_along, fuzzy_kalman, imm_corrected, nn_kf, nnvsmm, nnvsmm_modes
 from .pseudo_bayesian import gpb1, gpb2, static
 from .purpose import Named, Purpose, Unfit
 from .single import kalman_ca, kalman_cv, singer
@@ -27,6 +27,7 @@ FILTERS: dict[str, Callable[[Purpose], Named]] = {
     "imm-cv-ca": imm_cv_ca,
     "imm-cv-ct": imm_cv_ct,
     "imm-facs": imm_facs,
+    "imm-corrected": imm_corrected,
     "csaf": csaf,
     "facs": facs,
     "two-stage": two_stage,

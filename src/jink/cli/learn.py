@@ -33,6 +33,7 @@ from .request import (
 SEARCH = "Only for fuzzy-imm and fuzzy-kalman, which search for rules"
 NETWORKS = "Only for networks and for the filters that they aid"
 AIDS = ("anfis-kf", "nn-kf")
+FEWEST_FAMILIES = 20
 LABELLED = ("nnvsmm", "nnvsmm-modes")
 
 
@@ -221,6 +222,14 @@ class LearnRequest:
             **FLAG,
         ),
     ] = False
+    families: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            rich_help_panel=NETWORKS,
+            help="Random families of targets that a corrector is learned on, besides the data. Default: 1000.",
+        ),
+    ] = None
     checkpoint: Annotated[
         str | None,
         typer.Option(
@@ -306,6 +315,8 @@ def _recipe(request: LearnRequest) -> dict[str, Any]:
         rules=request.rules,
         epochs=request.epochs,
     )
+    if request.families is not None:
+        check_at_least(FEWEST_FAMILIES, families=request.families)
     check_seed(request.seed)
     if request.kind is not None:
         check_kind(request.kind)
@@ -324,7 +335,17 @@ def _recipe(request: LearnRequest) -> dict[str, Any]:
         raise InputError("--along-track searches all modes at once; give --optimizer together with it")
     if request.weight is not None and not 0 <= request.weight <= 1:
         raise InputError(f"--weight is {request.weight:g}; expected 0 to 1")
-    same = ("acceleration", "process_sd", "optimiser", "generations", "population", "rules", "weight", "epochs")
+    same = (
+        "acceleration",
+        "process_sd",
+        "optimiser",
+        "generations",
+        "population",
+        "rules",
+        "weight",
+        "epochs",
+        "families",
+    )
     given = {name: getattr(request, name) for name in same}
     given |= {
         "along_track": request.along_track or None,
@@ -377,6 +398,7 @@ def _check_options_go_with_the_name(request: LearnRequest) -> None:
         ("--checkpoint", request.checkpoint, SEARCHED),
         ("--resume", request.resume or None, SEARCHED),
         ("--epochs", request.epochs, tuple(name for name in RECIPES if name not in SEARCHED)),
+        ("--families", request.families, ("corrector",)),
         ("--base", request.base, AIDS),
         ("--functions", request.functions, ("anfis-kf",)),
         ("--membership", request.membership, ("anfis-kf",)),

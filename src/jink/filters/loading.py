@@ -16,6 +16,7 @@ from ..models.motion import MOTIONS
 from ..models.network import Network
 from ..models.noise_network import ModeNetwork, NoiseNetwork
 from ..models.outliers import Outliers
+from ..models.plane_corrector import PlaneCorrector
 from ..models.provenance import Trained
 from ..models.sensor import SENSORS
 from ..models.start import OnePoint, Prior, TwoPoint
@@ -24,6 +25,7 @@ from .adaptive_imm import AccelerationLevel, AdaptiveIMM, AugmentedAcceleration,
 from .aided import Aided
 from .axis_by_axis import AxisByAxis
 from .bank import Bank
+from .corrected import Corrected
 from .current_statistical import CurrentStatistical, FuzzyLimits, LimitWidening
 from .fuzzy_imm import FuzzyNoise
 from .imm import IMM
@@ -57,7 +59,7 @@ SINGLE: dict[type[Bank], tuple[str, ...]] = {
     InputEstimation: ("motion",),
     VariableDimension: ("quiet", "manoeuvring"),
 }
-FILTERS: dict[str, Any] = {c.__name__: c for c in (*SINGLE, *SEVERAL, Aided, OwnFilter)}
+FILTERS: dict[str, Any] = {c.__name__: c for c in (*SINGLE, *SEVERAL, Aided, Corrected, OwnFilter)}
 ADAPTIVE = (
     CurrentStatistical,
     FuzzyLimits,
@@ -68,7 +70,7 @@ ADAPTIVE = (
     FuzzyNoise,
     NetworkNoise,
 )
-LEARNED = (FuzzyRules, NoiseNetwork, ModeNetwork, Network, Anfis, Corrector, Trained)
+LEARNED = (FuzzyRules, NoiseNetwork, ModeNetwork, Network, Anfis, Corrector, PlaneCorrector, Trained)
 SETTINGS = (Coasting, Outliers, TwoPoint, OnePoint, Prior, Sojourn)
 KINDS: dict[str, type] = {**MOTIONS, **SENSORS, **{c.__name__: c for c in (*SETTINGS, *ADAPTIVE, *LEARNED)}}
 NAMED = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
@@ -119,8 +121,8 @@ def built(body: Any, within: str = "", own: bool = False) -> Any:
         raise ValueError(f"{within}filter: {kind!r} is not one of {', '.join(FILTERS)}")
     build = FILTERS[kind]
     named = {name: declared(body[name], within + name, own) for name in build.arguments if name in body}
-    if build is Aided:
-        return made(Aided, within[:-1], {"filter": built(body.get("of"), f"{within}of.", own), **named})
+    if build is Aided or build is Corrected:
+        return made(build, within[:-1], {"filter": built(body.get("of"), f"{within}of.", own), **named})
     if build is OwnFilter:
         sensor = _several(body, "sensors", within, own)[0]
         return made(OwnFilter, within[:-1], {"sensor": sensor, **named})

@@ -20,11 +20,13 @@ class How:
     own input instead of the data; along_track: rules hold along and across the track. base: the filter to be aided;
     aid_inputs: what its aid looks at; functions, membership, method: of an ANFIS how many functions each input has, of
     which form, and how they are trained. labels: networks learn which mode was right instead of the tracking error,
-    "argmin" as published. bank: the kinds of motion that a network scores, names of ``jink.learn.recipes.BANK``.
-    progress(words, done, of) is called as it goes on; checkpoint: of searches by populations.
+    "argmin" as published. bank: the kinds of motion that a network scores, names of ``jink.learn.recipes.BANK``. kind
+    of the targets; families: how many random ones a corrector learns on, besides the data. progress(words, done, of) is
+    called as it goes on; checkpoint: of searches by populations.
     """
 
     acceleration: float
+    kind: str = "aircraft"
     process_sd: float | None = None
     seed: int = 0
     optimiser: str = "ga"
@@ -43,6 +45,7 @@ class How:
     method: str | None = None
     labels: bool | str = False
     bank: tuple[str, ...] = ()
+    families: int | None = None
     checkpoint: str | os.PathLike[str] | None = None
     progress: Callable[[str, int, int], None] | None = None
 

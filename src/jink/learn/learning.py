@@ -133,7 +133,9 @@ def learn(
     started = None if base is None else starting_filter(base, training, seed)[1]
     if of_one_axis(started):
         known = known.axes_apart()
-    asked = How(**{"acceleration": training.purpose.largest, **how}, seed=seed, base=started)
+    asked = How(
+        **{"acceleration": training.purpose.largest, "kind": training.purpose.kind, **how}, seed=seed, base=started
+    )
     learning, validation = _split(known, seed)
     began, cpu = clock.perf_counter(), clock.process_time()
     try:

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ..catalogue.choose import default_filter
 from ..checks import Array
 from ..filters.aided import Aided
+from ..filters.corrected import Corrected
 from ..filters.kalman import Kalman
 from ..filters.neural_vsmm import NetworkNoise, NeuralModes
 from ..models.corrector import CORRECTS
@@ -174,7 +176,34 @@ def _bank(how: How) -> list[Motion]:
     return motions
 
 
+def corrected(training: Runs, validation: Runs, how: How) -> Corrected:
+    """The kind's default filter with a correction in the plane, learned on random families and on the runs."""
+    from .plane import EPOCHS, FAMILIES, fit_plane
+    from .plane_inputs import pairs_of
+
+    if training.axes < 2:
+        raise ValueError("its correction is in the plane; the data have one axis")
+    filter = default_filter(how.kind, _sensor(training), training.axes)
+    R = training.sd**2 * np.eye(2)
+    more = [
+        [pairs_of(filter, runs.time, runs.z, R, runs.position[..., :2], runs.velocity[..., :2])]
+        for runs in (training, validation)
+    ]
+    families, epochs = how.families or FAMILIES, how.epochs or EPOCHS
+    found = fit_plane(
+        how.kind,
+        families=families,
+        epochs=epochs,
+        seed=how.seed,
+        more=(more[0], more[1]),
+        progress=how.progress,
+    )
+    method = f"network of {found.hidden} units on {families} random families of the kind {how.kind}, {epochs} epochs"
+    return Corrected(filter, replace(found, trained=_trained(training, method, how)))
+
+
 RECIPES: dict[str, Recipe] = {
+    "corrector": corrected,
     "fuzzy-imm": fuzzy_modes,
     "fuzzy-kalman": fuzzy_mode,
     "anfis-kf": aided("anfis"),
@@ -206,7 +235,7 @@ def _plane(runs: Runs) -> None:
 
 def truth_needed(name: str) -> tuple[str, ...]:
     """Which parts of the truth a recipe cannot do without."""
-    return ("position", "velocity") if name in SEARCHED else ("position",)
+    return ("position", "velocity") if name in (*SEARCHED, "corrector") else ("position",)
 
 
 def missing_truth(name: str, runs: Runs) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 from ...checks import unknown
 from ...learn.recipes import ANFIS, NETWORK
-from . import aimm, choi_2001, lee, titi_guney, wang_2010
+from . import aimm, choi_2001, correctors, lee, titi_guney, wang_2010
 from .trainer import Trainer
 
 CHOI_SETS = {"1": "line", "2": "circle", "3": "mixed"}  # the paper's training sets
@@ -42,6 +42,7 @@ TRAINERS: dict[str, Trainer] = {
     **CHOI,
     **wang_2010.MODELS,
     **aimm.MODELS,
+    **correctors.MODELS,
     "nnvsmm": choi_2001.end_to_end("broad", 0.01, 5000.0, 1200, velocity_share=0.2),
 }
 

@@ -1,0 +1,196 @@
+"""What a correction in the plane looks at, and what it should have said, of many tracks at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..checks import Array
+from ..estimate import Status
+
+FIRST = 5  # scans of a track that are not learned from
+# as core/scan/plane_corrector.hpp has them
+FAST, SLOW, AVERAGE, MOST, FASTEST = 0.6, 0.85, 0.04, 10.0, 6.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pairs:
+    """Rows to learn from.
+
+    even (N, inputs) and odd (N, ODD); error (N, 4): what the estimate lacks, along and across in position and in
+    velocity, over its own sds; weight (N, 4): what a square of it counts; inverse (N, 4, 4) of the covariance of
+    ``error``.
+    """
+
+    even: Array
+    odd: Array
+    error: Array
+    weight: Array
+    inverse: Array
+
+    def __len__(self) -> int:
+        return len(self.even)
+
+    @staticmethod
+    def joined(parts: list[Pairs]) -> Pairs:
+        """One after the other."""
+        names = ("even", "odd", "error", "weight", "inverse")
+        return Pairs(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Watched:
+    """Of each scan of many tracks (B, S): the combined estimate before and after it, and the modes' probabilities."""
+
+    before: Array
+    P_before: Array
+    after: Array
+    P_after: Array
+    prior: Array
+    probability: Array
+    status: np.ndarray
+    names: list[str]
+
+    def block(self, letter: str, when: str = "after") -> tuple[Array, Array]:
+        """Position, velocity or acceleration (B, S, 2) in the plane, and their covariance."""
+        at = [self.names.index(letter + axis) for axis in "xy"]
+        P = getattr(self, f"P_{when}")
+        return getattr(self, when)[..., at], P[..., at, :][..., at]
+
+
+def watch(filter: Any, time: Array, z: Array) -> Watched:
+    """Run a filter over time (B, S) and z (B, S, axes), every scan once without its measurement and once with it."""
+    B, S, axes = z.shape
+    doubled = np.full((B, S, 2, axes), np.nan)
+    doubled[:, :, 1] = z
+    said = filter.filter(
+        np.repeat(time.reshape(-1), 2),
+        doubled.reshape(-1, axes),
+        offsets=np.arange(B + 1) * 2 * S,
+        threads=1,
+        outputs=("x", "P", "status", "mode_probability"),
+    )
+    x, P, mu = (v.reshape(B, S, 2, *v.shape[1:]) for v in (said.x, said.P, said.mode_probability))
+    return Watched(
+        before=x[:, :, 0],
+        P_before=P[:, :, 0],
+        after=x[:, :, 1],
+        P_after=P[:, :, 1],
+        prior=mu[:, :, 0],
+        probability=mu[:, :, 1],
+        status=said.status.reshape(B, S, 2)[:, :, 1],
+        names=list(filter.components),
+    )
+
+
+def pairs_of(filter: Any, time: Array, z: Array, R: Array, position: Array, velocity: Array) -> Pairs:
+    """Rows of tracks with their truth in the plane (B, S, 2); R (2, 2) of the measurements.
+
+    Squares count so that all tracks together weigh two, half of it for the position, per row.
+    """
+    seen = watch(filter, time, z)
+    even, odd, e, n = inputs_of(seen, time, z, R)
+    (p, Pp), (v, Pv) = seen.block("p"), seen.block("v")
+    off = position - p, velocity - v
+    good = (seen.status == Status.updated) & np.isfinite(off[0] + off[1] + z[..., :2]).all(axis=-1)
+    good[:, :FIRST] = False
+    units = [np.sqrt(_form(P, d, d)) for P in (Pp, Pv) for d in (e, n)]
+    unit = np.stack(units, axis=-1)[good]
+    error = np.stack([(o * d).sum(axis=-1) for o in off for d in (e, n)], axis=-1)[good] / unit
+    mean = [np.mean((o[good] ** 2).sum(axis=-1)) for o in off]
+    at = [seen.names.index(letter + axis) for letter in "pv" for axis in "xy"]
+    J = np.zeros((*e.shape[:2], 4, 4))  # to along and across
+    for k in (0, 2):
+        J[..., k, k : k + 2], J[..., k + 1, k : k + 2] = e, n
+    J = J[good] / unit[:, :, None]
+    P = J @ seen.P_after[good][:, at][:, :, at] @ J.swapaxes(1, 2)
+    columns = even[good], odd[good], error, unit**2 / np.repeat(mean, 2), np.linalg.inv(P)
+    names = ("even", "odd", "error", "weight", "inverse")
+    narrow: dict[str, Any] = {name: a.astype(np.float32) for name, a in zip(names, columns, strict=True)}
+    return Pairs(**narrow)
+
+
+def _form(M: Array, a: Array, b: Array) -> Array:
+    return np.einsum("...i,...ij,...j->...", a, M, b)
+
+
+def _size(M: Array) -> Array:
+    return np.sqrt((M[..., 0, 0] + M[..., 1, 1]) / 2)
+
+
+def inputs_of(seen: Watched, time: Array, z: Array, R: Array) -> tuple[Array, Array, Array, Array]:
+    """Even inputs (B, S, inputs), odd ones (B, S, ODD), and the unit vectors along and across: docs/corrector.md."""
+    (before, P_before), (_, Pp), (v, Pv), (a, _) = (
+        seen.block("p", "before"), seen.block("p"), seen.block("v"), seen.block("a")
+    )  # fmt: skip
+    speed = np.linalg.norm(v, axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        e = np.where((speed > 0)[..., None], v / speed[..., None], [1.0, 0.0])
+    n = np.stack([-e[..., 1], e[..., 0]], axis=-1)
+    taken = (seen.status == Status.updated) & np.isfinite(z[..., :2]).all(axis=-1)
+    nu, S = np.where(taken[..., None], z[..., :2] - before, 0.0), P_before + R
+    began = np.isin(seen.status, (Status.initialised, Status.restarted))
+    fast, slow, square, quiet, dt = _memory(nu / _size(S)[..., None], seen.probability[..., 0], taken, began, time)
+    p_sd, v_sd, z_sd = _size(Pp), _size(Pv), _size(np.broadcast_to(R, Pp.shape))
+    pull, tau = p_sd / v_sd**2, p_sd / v_sd
+    turn = seen.after[..., seen.names.index("turn_rate")] if "turn_rate" in seen.names else 0.0 * speed
+
+    def ln(values: Array) -> Array:
+        return np.log(np.maximum(values, 1e-12))
+
+    def of(vector: Array, along: Array) -> Array:
+        return (vector * along).sum(axis=-1)
+
+    modes = seen.probability.shape[-1] - 1
+    even = [
+        of(nu, e) / np.sqrt(_form(S, e, e)),
+        of(a, e) * pull,
+        *(seen.probability[..., j] for j in range(modes)),
+        ln(p_sd / z_sd),
+        ln(dt / tau),
+        np.minimum(ln(speed / v_sd), FASTEST),
+        (_form(Pv, e, e) - _form(Pv, n, n)) / (2 * v_sd**2),
+        of(fast, e),
+        of(slow, e),
+        *(seen.prior[..., j] for j in range(modes)),
+        ln(z_sd),
+        ln(dt),
+        square,
+        quiet,
+    ]
+    odd = [
+        of(nu, n) / np.sqrt(_form(S, n, n)),
+        of(a, n) * pull,
+        _form(Pv, e, n) / v_sd**2,
+        turn * tau,
+        of(fast, n),
+        of(slow, n),
+    ]
+    return np.stack(even, axis=-1), np.stack(odd, axis=-1), e, n
+
+
+def _memory(
+    y: Array, quiet_now: Array, taken: np.ndarray, began: np.ndarray, time: Array
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Two fading sums of innovations (B, S, 2), averages of their squares and of the first mode's probability, and the
+    time since the scan before that was taken.
+    """
+    B, S, _ = y.shape
+    fast, slow, out_fast, out_slow = np.zeros((B, 2)), np.zeros((B, 2)), np.zeros_like(y), np.zeros_like(y)
+    square, quiet, last = np.ones(B), np.full(B, 0.7), np.zeros(B)
+    squares, quiets, dt = np.zeros((B, S)), np.zeros((B, S)), np.zeros((B, S))
+    for k in range(S):
+        new, good = began[:, k], taken[:, k]
+        fast, slow = (np.where(new[:, None], 0.0, m) for m in (fast, slow))
+        square, quiet, last = np.where(new, 1.0, square), np.where(new, 0.7, quiet), np.where(new, time[:, k], last)
+        dt[:, k] = time[:, k] - last
+        fast = np.where(good[:, None], FAST * fast + y[:, k], fast)
+        slow = np.where(good[:, None], SLOW * slow + y[:, k], slow)
+        nis = np.minimum((y[:, k] ** 2).sum(axis=1) / 2, MOST)
+        square = np.where(good, square + AVERAGE * (nis - square), square)
+        quiet = np.where(good, quiet + AVERAGE * (quiet_now[:, k] - quiet), quiet)
+        last = np.where(good, time[:, k], last)
+        out_fast[:, k], out_slow[:, k], squares[:, k], quiets[:, k] = fast, slow, square, quiet
+    return np.sqrt(1 - FAST**2) * out_fast, np.sqrt(1 - SLOW**2) * out_slow, squares, quiets, dt

@@ -1,0 +1,41 @@
+"""The corrections in the plane that come with the package: see docs/corrector.md."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from ...catalogue.choose import default_filter
+from ...catalogue.learned import CORRECTED
+from ...filters.corrected import Corrected
+from ...learn.plane import FEWEST, drawn, fit_plane, left_over
+from ...learn.plane_inputs import Pairs
+from ...models.provenance import VERSION, Trained
+from ...models.sensor import Position
+from .trainer import Trainer
+
+SETTINGS: dict[str, Any] = {"families": 1500, "hidden": 32, "epochs": 20}
+QUICK: dict[str, Any] = {"families": FEWEST, "hidden": 4, "epochs": 1}
+
+
+def corrector(kind: str) -> Trainer:
+    """Of a kind's default filter. The sensor in the file is only an example: the correction goes with any."""
+
+    def make(seed: int, quick: bool) -> Corrected:
+        how = QUICK if quick else SETTINGS
+        found = fit_plane(kind, seed=seed, **how)
+        unseen = Pairs.joined(drawn(kind, how["families"] // 10, seed + 1))
+        ratios = left_over(found, unseen)
+        said = Trained(
+            data=f"{how['families']} random families of the kind {kind}",
+            method=f"network of {how['hidden']} units, {how['epochs']} epochs of Adam",
+            seeds=(seed,),
+            figures=list(zip(("position RMSE ÷ default's", "velocity RMSE ÷ default's"), ratios, strict=True)),
+            version=VERSION,
+        )
+        return Corrected(default_filter(kind, Position(sd=50.0)), replace(found, trained=said))
+
+    return make
+
+
+MODELS: dict[str, Trainer] = {f"corrector-{kind}": corrector(kind) for kind in CORRECTED}
