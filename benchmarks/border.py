@@ -1,11 +1,14 @@
 """Mutated states and filter files against the engine's border: refused, equal, or taken; never a crash.
 
-    python -m benchmarks.border [states] [files] [--mutations 1e6] [--seed 1]
+    python -m benchmarks.border [states] [files] [--mutations 1e6] [--seed 1] [--from 0] [--workers 2]
+
+Mutations come in blocks of 10,000, each with its own random numbers: --from 300000 --mutations 1e5 runs the fourth
+hundred thousand of a million, here or on another machine. Each block runs in a process of its own.
 
 States: what ``save`` gave of every registered filter, with changed, lost, added and swapped bytes; one in eight of them
 with other numbers and a true checksum, so that they reach the engine. Files: what a filter's ``save`` wrote, with
 changed bytes, or with hostile values in place of its own. A filter that is made of such a file runs over a few rows.
-Both run in a process of their own. Counted are:
+Counted are:
 
     refused   a ValueError (or TypeError) that says why
     equal     the state, or the filter, is what it was before the change
@@ -19,12 +22,14 @@ The exit status is 1 where the last two are not 0.
 from __future__ import annotations
 
 import argparse
+import copy
 import json
 import multiprocessing
 import sys
 import time as clock
 from collections import Counter
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -37,6 +42,8 @@ from jink.models.outliers import Outliers
 from jink.models.sensor import Position
 
 HEADER, CHECKSUM = 48, 40
+BLOCK = 10_000  # mutations that share random numbers
+SEEDS = 10**9  # of one --seed: the number of a mutation is added
 COUNTED = ("refused", "equal", "taken", "other", "crashes")
 HOSTILE: tuple[Any, ...] = (
     *(None, True, "", "x", [], {}, [[]], -1, 0, 1, 2, 65, 513, 2**31, 2**63, 10**400),
@@ -169,7 +176,7 @@ def changed_body(text: str, rng: Rng) -> str:
         elif kind == 4 and isinstance(holder, dict):
             holder[str(rng.choice(["kind", "x", "motions", "sensor", str(key) + "s"]))] = value
         else:
-            holder[key] = HOSTILE[int(rng.integers(len(HOSTILE)))]
+            holder[key] = copy.deepcopy(HOSTILE[int(rng.integers(len(HOSTILE)))])
     return json.dumps(body)
 
 
@@ -224,8 +231,19 @@ def run(what: str, seed: int, count: int) -> Counter[str]:
         if shared[len(COUNTED)] < count:
             shared[COUNTED.index("crashes")] += 1
             shared[len(COUNTED)] += 1
-            print(f"{what}: ended with {child.exitcode} at mutation {shared[len(COUNTED)]} of seed {seed + done}")
+            print(
+                f"{what}: ended with {child.exitcode} at mutation {shared[len(COUNTED)] - done} of seed {seed + done}"
+            )
     return Counter(dict(zip(COUNTED, shared[: len(COUNTED)], strict=True)))
+
+
+def blocks(what: str, seed: int, first: int, count: int, workers: int) -> Counter[str]:
+    """The mutations from ``first`` on, block by block, some blocks at a time."""
+    starts = range(first, first + count, BLOCK)
+    sizes = [min(BLOCK, first + count - start) for start in starts]
+    seeds, what_of_each = [SEEDS * seed + start for start in starts], [what] * len(starts)
+    with ProcessPoolExecutor(workers) as pool:
+        return sum(pool.map(run, what_of_each, seeds, sizes), Counter[str]())
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -234,14 +252,19 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("what", nargs="*", choices=[*WHAT, []], help="both where none is named")
     parser.add_argument("--mutations", type=float, default=1e6)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--from", type=float, default=0, dest="first", help="number of the first mutation")
+    parser.add_argument("--workers", type=int, default=2, help="processes at a time")
     options = parser.parse_args(arguments)
+    first, count = int(options.first), int(options.mutations)
+    if first % BLOCK:
+        parser.error(f"--from: expected a multiple of {BLOCK}, got {first}")
     print(f"{'':8}{'mutations':>12}" + "".join(f"{name:>12}" for name in COUNTED) + f"{'s':>8}")
     bad = 0
     for what in options.what or list(WHAT):
         began = clock.perf_counter()
-        counts = run(what, options.seed, int(options.mutations))
+        counts = blocks(what, options.seed, first, count, options.workers)
         figures = "".join(f"{counts[name]:>12,}" for name in COUNTED)
-        print(f"{what:8}{int(options.mutations):>12,}{figures}{clock.perf_counter() - began:>8.0f}", flush=True)
+        print(f"{what:8}{count:>12,}{figures}{clock.perf_counter() - began:>8.0f}", flush=True)
         bad += counts["other"] + counts["crashes"]
     return 1 if bad else 0
 

@@ -75,25 +75,33 @@ def run(case: Case) -> Found:
     total, offenders = Counter[str](), []
     plans = [(sd, step, TRACKS, case.scans) for sd, step in product(case.sds, case.steps)]
     plans += [(25.0, 1.0, 1, case.long)] if case.long else []
-    for number, (sd, step, tracks, scans) in enumerate(plans):
-        name = f"{case.filter}/{case.sensor}/{number}/{case.seed}"
-        rng = np.random.default_rng(zlib.crc32(name.encode()))
-        try:
-            filter = made(case, sd, step, rng)
-        except ValueError:
-            total["refused"] += 1
-            continue
-        rows = hostile(filter.sensors[0], sd, step, tracks, scans, rng)
-        more = {"initial": _prior(filter)} if case.sensor == "bearing" else {}
-        verbs = {"filter": filter.filter} | ({} if filter.not_smoothed else {"smooth": filter.smooth})
-        for verb, call in verbs.items():
-            estimate = call(**rows.batch(), **more, threads=1, outputs=OUTPUTS)
-            found = checked(estimate, len(rows.z))
-            found["lost"] += _lost(filter, estimate.status, rows.time, tracks)
-            _note(found, f"{name} {verb} sd {sd:g} step {step:g}", total, offenders)
-        if tracks > 1:
-            found = live(filter, rows, tracks, more.get("initial"))
-            _note(found, f"{name} live sd {sd:g} step {step:g}", total, offenders)
+    for number, plan in enumerate(plans):
+        found = once(case, number, *plan)
+        total.update(found.counts)
+        offenders += found.offenders
+    return Found(total, offenders)
+
+
+def once(case: Case, number: int, sd: float, step: float, tracks: int, scans: int) -> Found:
+    """One noise and one step: the run that offenders are named after, by filter, sensor, number and seed."""
+    total, offenders = Counter[str](), []
+    name = f"{case.filter}/{case.sensor}/{number}/{case.seed}"
+    rng = np.random.default_rng(zlib.crc32(name.encode()))
+    try:
+        filter = made(case, sd, step, rng)
+    except ValueError:
+        return Found(Counter(refused=1), [])
+    rows = hostile(filter.sensors[0], sd, step, tracks, scans, rng)
+    more = {"initial": _prior(filter)} if case.sensor == "bearing" else {}
+    verbs = {"filter": filter.filter} | ({} if filter.not_smoothed else {"smooth": filter.smooth})
+    for verb, call in verbs.items():
+        estimate = call(**rows.batch(), **more, threads=1, outputs=OUTPUTS)
+        found = checked(estimate, len(rows.z))
+        found["lost"] += _lost(filter, estimate.status, rows.time, tracks)
+        _note(found, f"{name} {verb} sd {sd:g} step {step:g}", total, offenders)
+    if tracks > 1:
+        found = live(filter, rows, tracks, more.get("initial"))
+        _note(found, f"{name} live sd {sd:g} step {step:g}", total, offenders)
     return Found(total, offenders)
 
 
@@ -119,8 +127,9 @@ def live(filter: Any, rows: Rows, tracks: int, prior: Prior | None) -> Counter[s
     time, z = (values.reshape(tracks, -1, *values.shape[1:])[:, :scans] for values in (rows.time, rows.z))
     lag = 0 if filter.not_smoothed else 2
     first, second, total = filter.start(tracks, lag=lag), filter.start(tracks, lag=lag), Counter[str]()
-    for track in range(tracks if prior is not None else 0):
-        first.begin(track, np.asarray(prior.x), np.asarray(prior.P), float(time[track, 0]))
+    if prior is not None:
+        for track in range(tracks):
+            first.begin(track, np.asarray(prior.x), np.asarray(prior.P), float(time[track, 0]))
     statuses = []
     for scan in range(scans):
         if scan == scans // 2:

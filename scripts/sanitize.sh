@@ -50,7 +50,7 @@ run() {
     ASAN_OPTIONS="detect_leaks=0:allocator_may_return_null=1:detect_stack_use_after_return=1:log_path=$here/report" \
     UBSAN_OPTIONS="print_stacktrace=1:log_path=$here/report" \
     TSAN_OPTIONS="halt_on_error=0:history_size=4:log_path=$here/report" \
-    $SETARCH "$python" -m pytest -p no:cacheprovider -q "$@" >"$here/tests.log" 2>&1 || status=$?
+    $SETARCH "$python" -m pytest -p no:cacheprovider "$@" >"$here/tests.log" 2>&1 || status=$?
   local reports
   reports=$(cat "$here"/report.* 2>/dev/null | grep -cE 'runtime error:|ERROR: AddressSanitizer|WARNING: ThreadSanitizer' || true)
   printf '%-18s %s; reports: %s; exit status %s; %d s\n' "$name" "$(grep -E '(passed|failed|error)' "$here/tests.log" | tail -1)" "$reports" "$status" $((SECONDS - began))

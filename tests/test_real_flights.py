@@ -37,6 +37,8 @@ def test_every_form_of_the_same_plots_gives_the_same_answer(radar):
 
 
 def test_plots_without_heights_are_nearer_with_those_of_the_kind():
-    plots = forms.seen(list(flights(EXAMPLE))[:8], forms.RADARS["4 s"], seed=3)
+    # measured .89 with a standard error of .07: less than one is all that so few flights tell
+    plots = forms.seen(list(flights(EXAMPLE)), forms.RADARS["4 s"], seed=3)
     kind, ground = (forms.tracked(plots, forms.SLANT, **how) for how in forms.HEIGHTS.values())
-    assert forms.ratio(kind, ground, plots, "r99")[0] < 0.95
+    assert forms.ratio(kind, ground, plots, "r99")[0] < 1.0
+    assert kind.lost(plots) <= ground.lost(plots)

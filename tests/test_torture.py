@@ -31,6 +31,24 @@ def test_nothing_is_lost_or_beyond_numbers(filter):
     assert total["updates"] > 20_000 and not offenders
 
 
+@pytest.mark.parametrize(
+    ("name", "sd", "step", "tracks", "scans"),
+    [
+        ("vsmm-ag/polar-height/11/3", 1e-3, 1e4, 64, 89),  # the state is thin along one row after the other
+        ("vsmm-ag/polar-converted/2/3", 1e-6, 1.0, 64, 89),  # correlated noise, of a state far less certain
+        ("vsmm-ds/polar-converted/31/3", 1e6, 1e-2, 64, 89),
+        ("imm/polar-rate-2/28/3", 1e3, 1e3, 64, 89),  # a row that is believed with hindsight alone keeps its track
+        ("mm/polar-2/0/17", 1e-6, 1e-4, 64, 89),  # a mode's probability below the range of numbers
+        ("imm-cv-ct/bearing/36/17", 25.0, 1.0, 1, 100_000),  # nothing holds the range
+    ],
+)
+def test_what_was_found_by_other_seeds(name, sd, step, tracks, scans):
+    filter, sensor, number, seed = name.split("/")
+    case = torture.Case(filter, sensor, (), (), 89, 0, int(seed))
+    found = torture.once(case, int(number), sd, step, tracks, scans)
+    assert found.counts["updates"] > 5_000 and not found.offenders
+
+
 def test_the_checks_count_what_is_wrong():
     good = np.array([[2.0, 1.0], [1.0, 2.0]])
     assert torture_checks.indefinite(np.stack([good, good * 1e-300, good * 1e300])) == 0

@@ -31,6 +31,7 @@ NB_MODULE(JINK_MODULE, module) {
     bind_stepwise(module);
     bind_population(module);
     bind_gradient(module);
+    bind_checks(module);
     module.attr("lanes") = lanes;
 
     nb::class_<Engine> engine(module, "Engine");

@@ -15,6 +15,7 @@ using Doubles = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 using Const = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 
 void bind_declarations(nb::module_ &module);                       // enumerations and named fields of a filter
+void bind_checks(nb::module_ &module);                             // of many rows at once
 void bind_live(nb::module_ &module, nb::class_<Engine> &engine);  // one scan at a time
 void bind_slots(nb::module_ &module, nb::class_<Engine> &engine);  // live targets that come and go
 void bind_stepwise(nb::module_ &module);                          // models of the user's own

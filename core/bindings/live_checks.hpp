@@ -36,9 +36,9 @@ inline bool all_finite(const double *from, std::size_t count) {
     return true;
 }
 
-// Is the matrix symmetric and positive definite?
-inline bool positive_definite(const double *P, int n) {
-    std::vector<double> L(P, P + n * n);
+// Is the matrix symmetric and positive definite? Its factor goes into L.
+inline bool positive_definite(const double *P, int n, Vector &L) {
+    L.assign(P, P + n * n);
     for (int r = 0; r < n; ++r)
         for (int q = 0; q <= r; ++q) {
             double sum = L[r * n + q];
@@ -56,7 +56,8 @@ inline void check_state(const Const &x, const Const &P, double time, int n) {
     if (!has_shape(x, {size})) throw wrong("x: expected shape (" + std::to_string(n) + ",), got " + shape_of(x));
     if (!has_shape(P, {size, size})) throw wrong("P: expected shape (" + std::to_string(n) + ", " + std::to_string(n) + "), got " + shape_of(P));
     if (!all_finite(x.data(), size)) throw wrong("x: has values that are not finite");
-    if (!all_finite(P.data(), size * size) || !positive_definite(P.data(), n)) throw wrong("P: is not symmetric and positive definite");
+    Vector factor;
+    if (!all_finite(P.data(), size * size) || !positive_definite(P.data(), n, factor)) throw wrong("P: is not symmetric and positive definite");
     if (std::isinf(time)) throw wrong("time: is infinite");
 }
 
@@ -70,7 +71,8 @@ inline void check_noise(const Const &R, int columns) {
         const double variance = R.data()[full ? r * m + r : r];
         if (!(std::isfinite(variance) && variance > 0.0)) throw wrong("covariance: has a variance that is not positive");
     }
-    if (full && (!all_finite(R.data(), m * m) || !positive_definite(R.data(), columns))) throw wrong("covariance: is not positive definite");
+    Vector factor;
+    if (full && (!all_finite(R.data(), m * m) || !positive_definite(R.data(), columns, factor))) throw wrong("covariance: is not positive definite");
 }
 
 inline void check_input(const Const &input, int axes) {

@@ -115,7 +115,7 @@ template <class T> class Live {
     // A target's state as plain numbers, the same on every machine; the fixed lag's past is not part of it.
     int numbers() const {
         return c->arena_size + c->count + c->carry_size + 2 * int(c->declared.propose.start.size()) + c->declared.memory_size() + 7 + 3 + 6 + 2 +
-               (c->declared.hindsight ? 1 + 2 * c->doubt_size() : 0);
+               (c->declared.hindsight ? 3 + 2 * c->doubt_size() : 0);
     }
     std::string save() const {
         std::vector<double> all(std::size_t(numbers()) * n);
@@ -199,7 +199,7 @@ template <class T> class Live {
         number(s.time), number(s.last_accepted), number(s.last_height), number(s.rejections), number(s.surprise), number(s.surprise_dof), number(s.first_time);
         for (auto &value : s.first) number(value);
         for (auto &value : s.first_P) number(value);
-        if (c->declared.hindsight) number(s.doubt);
+        if (c->declared.hindsight) number(s.doubt), number(s.in_doubt), number(s.height_in_doubt);
         for (auto *values : {&s.believed, &s.doubted})
             for (auto &value : *values) number(value);
         const auto flag = [&](auto &mask) {

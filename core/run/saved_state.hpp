@@ -37,7 +37,7 @@ struct SavedHeader {
     std::uint64_t targets, numbers;
     std::uint64_t checksum;      // of the numbers
 
-    static constexpr std::uint64_t current = 3;
+    static constexpr std::uint64_t current = 4;
 };
 
 inline std::string saved_state(std::uint64_t fingerprint, int targets, int numbers, const std::vector<double> &all) {

@@ -115,6 +115,18 @@ template <class T> class Hindsight {
         return doubtful;
     }
 
+    // A measurement that is upheld was accepted when it was made; one that is now in doubt may be. `height`: its third axis is known.
+    void date(TrackState<T> &s, const Outcome<T> &out, Mask<T> height) const {
+        if (any(out.upheld)) {
+            s.last_accepted = select<T>(out.upheld, larger<T>(s.last_accepted, s.in_doubt), s.last_accepted);
+            s.last_height = select<T>(out.upheld, larger<T>(s.last_height, s.height_in_doubt), s.last_height);
+        }
+        const Mask<T> fresh = out.measured & (s.doubt > splat<T>(0.0));
+        if (!any(fresh)) return;
+        s.in_doubt = select<T>(fresh, s.time, s.in_doubt);
+        s.height_in_doubt = select<T>(fresh, select<T>(height, s.time, s.last_height), s.height_in_doubt);
+    }
+
     // What goes out while both are followed.
     void blend(TrackState<T> &s, Mask<T> doubtful) const {
         recall(s.believed, doubtful, s);

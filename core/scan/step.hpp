@@ -148,7 +148,8 @@ template <class T> class Step {
         for (std::size_t k = 0; k < to.memory.size(); ++k) take(to.memory[k], from.memory[k]);
         for (std::size_t k = 0; k < to.next.size(); ++k) take(to.next[k], from.next[k]), take(to.alive[k], from.alive[k]);
         take(to.last_accepted, from.last_accepted), take(to.last_height, from.last_height), take(to.first_time, from.first_time), take(to.rejections, from.rejections);
-        take(to.surprise, from.surprise), take(to.surprise_dof, from.surprise_dof), take(to.doubt, from.doubt);
+        take(to.surprise, from.surprise), take(to.surprise_dof, from.surprise_dof);
+        take(to.doubt, from.doubt), take(to.in_doubt, from.in_doubt), take(to.height_in_doubt, from.height_in_doubt);
         for (std::size_t k = 0; k < to.believed.size(); ++k) take(to.believed[k], from.believed[k]), take(to.doubted[k], from.doubted[k]);
         for (int k = 0; k < 3; ++k) take(to.first[k], from.first[k]);
         for (int k = 0; k < 6; ++k) take(to.first_P[k], from.first_P[k]);
@@ -192,9 +193,16 @@ template <class T> class Step {
         if (any(vague)) impossible = impossible | (vague & inverse(within_range()));
         if (any(impossible)) disbelieve(s, scan.input, impossible, gating, out);
         if (gating) gate(s, scan.input, sensor, m, log_outlier, out);
+        if (!spec.linear()) {
+            Mask<T> direction = out.measured & s.running;
+            if (spec.kind == SensorKind::polar) direction = direction & inverse(m.present[0]);
+            if (any(direction)) bring_back(s, direction);
+        }
         if (estimation.active()) estimation(s, ahead, spec, m, innovations[0], out.measured & inverse(out.gated) & s.running);
+        const Mask<T> height = spec.axes == 3 ? m.present[std::min(2, spec.rows - 1)] : splat_mask<T>(false);
+        if (hindsight.active()) hindsight.date(s, out, height);
         s.last_accepted = select<T>(out.measured & inverse(out.gated), s.time, s.last_accepted);
-        if (spec.axes == 3) s.last_height = select<T>(m.present[std::min(2, spec.rows - 1)] & inverse(out.gated), s.time, s.last_height);
+        if (spec.axes == 3) s.last_height = select<T>(height & inverse(out.gated), s.time, s.last_height);
         if (!s.settled || any(out.restarted)) begin(s, sensor.spec, scan, sensor, out);
     }
 
@@ -226,7 +234,7 @@ template <class T> class Step {
             sum = sum + after[j];
         }
         const T over = reciprocal(sum);
-        for (int j = 0; j < n; ++j) after[j] = after[j] * over;
+        for (int j = 0; j < n; ++j) after[j] = larger<T>(after[j] * over, smaller<T>(h.prior[j], splat<T>(1e-100)));  // see weigh_sources
         return logarithm<T>(sum) - 0.5 * (least + log_two_pi * dof);
     }
 
@@ -328,6 +336,26 @@ template <class T> class Step {
             near = near & (here | inverse(ahead.prior[j] > splat<T>(0.0)));
         }
         return near;
+    }
+
+    // Where directions alone are measured nothing holds the range. A track that has strayed comes nearer along its line of sight,
+    // with its velocity and its uncertainty: what is measured of it stays the same.
+    [[gnu::noinline]] void bring_back(TrackState<T> &s, Mask<T> which) const {
+        for (int j = 0; j < int(c.modes.size()); ++j) {
+            const StateShape &shape = c.modes[j].shape;
+            T *x = &s.arena[c.modes[j].place], reach = magnitude(x[0]);
+            for (int a = 1; a < shape.axes; ++a) reach = larger<T>(reach, magnitude(x[a * shape.block]));
+            const Mask<T> far = which & (reach > splat<T>(strayed)) & (s.doubt <= splat<T>(0.0));
+            if (!any(far)) continue;
+            const T nearer = select<T>(far, splat<T>(1e-3 * strayed) / reach, splat<T>(1.0));
+            const int scaled = shape.axes * shape.block;  // not a turn rate
+            for (int i = 0; i < shape.n; ++i)
+                for (int k = 0; k <= i; ++k) {
+                    T &covariance = x[shape.n + packed(i, k)];
+                    covariance = covariance * (i < scaled ? nearer : splat<T>(1.0)) * (k < scaled ? nearer : splat<T>(1.0));
+                }
+            for (int i = 0; i < scaled; ++i) x[i] = x[i] * nearer;
+        }
     }
 
     // Updates again, from predictions widened per lane. A lane's result is the same as before where the factor is 1.

@@ -18,6 +18,7 @@ template <class T> struct TrackState {
     T last_height;               // time of the last accepted measurement of the third axis
     T surprise, surprise_dof;            // of the rows accepted last, see surprise.hpp
     T doubt;                             // that the last measurement is an outlier, where both are followed; else 0
+    T in_doubt, height_in_doubt;         // time of that measurement, and of its third axis
     std::vector<T> believed, doubted;    // the banks with and without it, as hindsight.hpp lays them out
     T first[3], first_P[6], first_time;  // the first position, while waiting for a second
     Mask<T> started, running;    // has a state; its initialisation is complete
@@ -67,7 +68,7 @@ template <class T> void TrackState<T>::reset(const Composition<T> &c) {
     alive = next = Composition<T>::numbers(c.declared.propose.start);
     memory.assign(c.declared.memory_size(), zero);
     believed.assign(c.doubt_size(), zero), doubted = believed;
-    time = last_accepted = last_height = rejections = surprise = surprise_dof = doubt = first_time = zero;
+    time = last_accepted = last_height = rejections = surprise = surprise_dof = doubt = in_doubt = height_in_doubt = first_time = zero;
     for (auto &value : first) value = zero;
     for (auto &value : first_P) value = zero;
     started = running = splat_mask<T>(false);

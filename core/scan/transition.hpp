@@ -36,14 +36,13 @@ template <class T> class Transition {
                 out[i] = select<T>(elapsed, pi[i], splat<T>(i % (m + 1) == 0 ? 1.0 : 0.0));
             return;
         }
-        constexpr int most = 64;
-        Mask<T> halved[most];
-        T t = rate * dt;
+        T t = smaller<T>(rate * dt, splat<T>(1e300)), halvings = splat<T>(0.0);
         int squarings = 0;
-        for (; squarings < most && any(t > splat<T>(0.5)); ++squarings) {
-            halved[squarings] = t > splat<T>(0.5);
-            t = select<T>(halved[squarings], 0.5 * t, t);
+        for (; any(t > splat<T>(0.5)); ++squarings) {
+            const Mask<T> longer = t > splat<T>(0.5);
+            t = select<T>(longer, 0.5 * t, t), halvings = select<T>(longer, halvings + 1.0, halvings);
         }
+        const bool many = squarings > most_squarings;
         const T decay = exponential<T>(-t);
         for (int i = 0; i < m * m; ++i) {
             T sum = powers[(terms - 1) * m * m + i];
@@ -52,16 +51,27 @@ template <class T> class Transition {
         }
         while (squarings-- > 0) {
             multiply(out, out, scratch);
-            for (int i = 0; i < m * m; ++i) out[i] = select<T>(halved[squarings], scratch[i], out[i]);
+            if (many) normalise(scratch);
+            for (int i = 0; i < m * m; ++i) out[i] = select<T>(halvings > splat<T>(squarings), scratch[i], out[i]);
         }
     }
 
   private:
     static constexpr int terms = 15;
+    // A squaring doubles the rounding error of a row's sum; of more than so many it would become seen.
+    static constexpr int most_squarings = 16;
     int m = 0;
     bool continuous_time = false;
     T rate{};
     std::vector<T> pi, powers;
+
+    void normalise(T *rows) const {
+        for (int i = 0; i < m; ++i) {
+            T sum = rows[i * m];
+            for (int j = 1; j < m; ++j) sum = sum + rows[i * m + j];
+            for (int j = 0; j < m; ++j) rows[i * m + j] = rows[i * m + j] / sum;
+        }
+    }
 
     void multiply(const T *a, const T *b, T *out) const {
         for (int i = 0; i < m; ++i)

@@ -27,12 +27,12 @@ template <class T> struct UpdateKernels {
     UpdateKernel<T> position, position_velocity, general, unscented;
 };
 
-// c = P h is off by some n^1.5 eps sqrt(P_ii sum h_k^2 P_kk), so c c' / S by that times the root of sum h_k^2 P_kk / S. Up to this
-// ratio that is less than 1e-12 of P; beyond it, along a row in which a thin P cancels, the square root is taken.
+// c = P h is off by some n^1.5 eps sqrt(P_ii sum h_k^2 P_kk), so c c' / S by that times the root of sum h_k^2 P_kk / S. The diagonal
+// grows by as much. Beyond this ratio, along a row in which a thin P cancels, the square root is taken.
 inline constexpr double thinnest = 1e4;
 
-// A full R = L D L' with unit lower L makes the errors independent once each measured component of the state (and of z) has
-// L's multiples of those before it taken away; afterwards they are put back. Missing components take no part.
+// A full R = L D L' with unit lower L makes the errors independent once each measured component of the state (and of z) loses
+// L's multiples of those before it; afterwards they are put back. Missing components take no part.
 template <class T, int A, int B, int N, int Rows> struct Decorrelate {
     T L[packed_size(Rows)], D[Rows];
     Mask<T> thin = splat_mask<T>(false);  // R, or the state's covariance, is so thin along it that a variance is mostly rounding
@@ -53,14 +53,26 @@ template <class T, int A, int B, int N, int Rows> struct Decorrelate {
             }
     }
 
-    // Row r of the state loses (sign -1) or regains (sign 1) the multiples of the rows before it. Where a variance cancels, it is thin.
-    void turn(double sign, T *x, T *P) {
-        for (int k = 0; k < Rows; ++k) {
-            const int r = sign < 0 ? k : Rows - 1 - k, p = place(r);
-            for (int q = 0; q < r; ++q) add(p, place(sign < 0 ? q : r - 1 - q), sign * L[packed(r, sign < 0 ? q : r - 1 - q)], x, P);
-        }
+    // Row r of the state loses the multiples of the rows before it, which have been updated already: of a state that is far less
+    // certain than the measurement they would be so large that what is left were rounding.
+    void lose(int r, T *x, T *P) {
+        for (int q = 0; q < r; ++q) add(place(r), place(q), -L[packed(r, q)], x, P);
     }
 
+    // All rows regain them.
+    void regain(T *x, T *P) {
+        for (int r = Rows - 1; r > 0; --r)
+            for (int q = r - 1; q >= 0; --q) add(place(r), place(q), L[packed(r, q)], x, P);
+    }
+
+    // Component r of the measurement less them.
+    T left(const Measurement<T> &m, int r, const T *z) const {
+        T one = m.z[r];
+        for (int q = 0; q < r; ++q) one = one - select<T>(m.present[q], L[packed(r, q)] * z[q], splat<T>(0.0));
+        return one;
+    }
+
+    // Where a variance cancels, it is thin.
     void add(int p, int q, T l, T *x, T *P) {
         x[p] = x[p] + l * x[q];
         const T corner = P[packed(p, p)] + l * (2.0 * P[packed(p, q)] + l * P[packed(q, q)]);
@@ -70,18 +82,6 @@ template <class T, int A, int B, int N, int Rows> struct Decorrelate {
         thin = thin | (thinnest * corner < l * l * P[packed(q, q)]);
     }
 };
-
-// Returns where this must not be used.
-template <class T, int A, int B, int N, int Rows>
-[[gnu::noinline]] Mask<T> independent(const Measurement<T> &m, double sign, T *x, T *P, T *z, T *R) {
-    Decorrelate<T, A, B, N, Rows> change(m);
-    change.turn(sign, x, P);
-    for (int r = 0; r < Rows && sign < 0; ++r) {
-        R[r] = change.D[r];
-        for (int q = 0; q < r; ++q) z[r] = z[r] - select<T>(m.present[q], change.L[packed(r, q)] * z[q], splat<T>(0.0));
-    }
-    return change.thin;
-}
 
 // One row's S, c = P h and P after it, by a square root of P: with P = L L' and f = L' h,
 //   S = f' f + R,  c = L f,  P = W W',  W = L - c f' / (S + sqrt(S R)).
@@ -181,6 +181,7 @@ void update_rows(int rows, const Mask<T> *present, T *y, T *H, T *R, bool full, 
         }
         const T inverse_S = reciprocal(S);
         const T gain = select<T>(present[r], inverse_S, zero), scaled = gain * e;
+        const T grown = 1.0 + rounding_share(N) * square_root(larger<T>(spread * gain, one));
         nis = nis + scaled * e;
         det = det * select<T>(present[r], S * scale[r] * scale[r], one);
         if (detail) v.e[r] = e * scale[r], v.S[r] = select<T>(present[r], S * scale[r] * scale[r], one);
@@ -192,7 +193,7 @@ void update_rows(int rows, const Mask<T> *present, T *y, T *H, T *R, bool full, 
             JINK_UNROLL
             for (int j = 0; j < N; ++j) {
                 if (j > i) continue;
-                const T kept = i == j ? P[packed(i, i)] * (1.0 + rounding_share(N)) : P[packed(i, j)];
+                const T kept = i == j ? P[packed(i, i)] * grown : P[packed(i, j)];
                 P[packed(i, j)] = kept - g * c[j];
             }
         }
@@ -219,46 +220,17 @@ template <class T, int A, int B, int N, int Rows>
     update_rows<T, N>(Rows, m.present, y, H, R, true, in, out, v, detail);
 }
 
-// Position, or position and velocity: components of the state itself are measured.
-template <class T, int A, int B, int N, bool Velocity>
-void update_direct(const SensorSpec &spec, const Measurement<T> &m, const T *in, T *out, Innovation<T> &v, bool detail) {
-    constexpr int rows = Velocity ? 2 * A : A, size = packed_size(N);
-    T x[N], P[size];
-    JINK_UNROLL
-    for (int i = 0; i < N; ++i) x[i] = in[i];
-    JINK_UNROLL
-    for (int k = 0; k < size; ++k) P[k] = in[N + k];
-    const T zero = splat<T>(0.0), one = splat<T>(1.0);
-    if (detail) {
-        for (int r = 0; r < rows; ++r) {
-            const int p = (r % A) * B + r / A;
-            v.y[r] = select<T>(m.present[r], m.z[r] - in[p], zero);
-            for (int q = 0; q <= r; ++q) {
-                const T noise = m.full ? m.R[packed(r, q)] : q == r ? m.R[r] : zero;
-                const T S = in[N + packed(p, (q % A) * B + q / A)] + noise;
-                v.joint[packed(r, q)] = select<T>(m.present[r] & m.present[q], S, q == r ? one : zero);
-            }
-        }
-    }
-    T nis = zero, det = one, z[rows], R[rows];
-    JINK_UNROLL
-    for (int r = 0; r < rows; ++r) z[r] = m.z[r], R[r] = m.R[r];
-    Mask<T> thin = splat_mask<T>(false);
-    T other[N + size];
-    Innovation<T> in_other;
-    if (m.full) thin = independent<T, A, B, N, rows>(m, -1.0, x, P, z, R);
-    JINK_UNROLL
-    for (int r = 0; r < rows; ++r) {
-        const int p = (r % A) * B + r / A;
-        const T S = P[packed(p, p)] + R[r];
-        const T inverse_S = reciprocal(S);
-        const T e = select<T>(m.present[r], z[r] - x[p], zero);
-        const T gain = select<T>(m.present[r], inverse_S, zero);
-        const T kept = select<T>(m.present[r], R[r] * inverse_S, one);
-        const T scaled = gain * e;
-        nis = nis + scaled * e;
-        det = det * select<T>(m.present[r], S, one);
-        if (detail) v.e[r] = e, v.S[r] = select<T>(m.present[r], S, one);
+// Component p of the state is measured as z with variance R, or is missing.
+template <class T, int N> struct DirectRow {
+    T e, S, nis;
+
+    JINK_INLINE DirectRow(int p, Mask<T> present, T z, T R, T *x, T *P) {
+        const T zero = splat<T>(0.0), one = splat<T>(1.0), variance = P[packed(p, p)] + R;
+        const T inverse_S = reciprocal(variance);
+        e = select<T>(present, z - x[p], zero);
+        S = select<T>(present, variance, one);
+        const T gain = select<T>(present, inverse_S, zero), kept = select<T>(present, R * inverse_S, one), scaled = gain * e;
+        nis = scaled * e;
         T c[N];
         JINK_UNROLL
         for (int i = 0; i < N; ++i) c[i] = P[packed(i, p)];
@@ -276,20 +248,70 @@ void update_direct(const SensorSpec &spec, const Measurement<T> &m, const T *in,
             }
         }
     }
-    (void)spec;
-    if (m.full) {
-        thin = thin | independent<T, A, B, N, rows>(m, 1.0, x, P, z, R);
-        if (any(thin)) update_thin<T, A, B, N, rows>(m, in, other, in_other, detail);
+};
+
+// Components of the state with a full R.
+template <class T, int A, int B, int N, int Rows>
+[[gnu::noinline]] void update_correlated(const Measurement<T> &m, const T *in, T *out, Innovation<T> &v, bool detail) {
+    constexpr int size = packed_size(N);
+    T x[N], P[size], z[Rows];
+    for (int i = 0; i < N; ++i) x[i] = in[i];
+    for (int k = 0; k < size; ++k) P[k] = in[N + k];
+    Decorrelate<T, A, B, N, Rows> change(m);
+    v.nis = splat<T>(0.0), v.det = splat<T>(1.0);
+    for (int r = 0; r < Rows; ++r) {
+        change.lose(r, x, P);
+        z[r] = change.left(m, r, z);
+        const DirectRow<T, N> row(change.place(r), m.present[r], z[r], change.D[r], x, P);
+        v.nis = v.nis + row.nis, v.det = v.det * row.S;
+        if (detail) v.e[r] = row.e, v.S[r] = row.S;
+    }
+    change.regain(x, P);
+    for (int i = 0; i < N; ++i) out[i] = x[i];
+    for (int k = 0; k < size; ++k) out[N + k] = P[k];
+    if (!any(change.thin)) return;
+    T other[N + size];
+    Innovation<T> in_other;
+    update_thin<T, A, B, N, Rows>(m, in, other, in_other, detail);
+    for (int k = 0; k < N + size; ++k) out[k] = select<T>(change.thin, other[k], out[k]);
+    v.nis = select<T>(change.thin, in_other.nis, v.nis), v.det = select<T>(change.thin, in_other.det, v.det);
+    for (int r = 0; r < Rows && detail; ++r)
+        v.e[r] = select<T>(change.thin, in_other.e[r], v.e[r]), v.S[r] = select<T>(change.thin, in_other.S[r], v.S[r]);
+}
+
+// Position, or position and velocity: components of the state itself are measured.
+template <class T, int A, int B, int N, bool Velocity>
+void update_direct(const SensorSpec &, const Measurement<T> &m, const T *in, T *out, Innovation<T> &v, bool detail) {
+    constexpr int rows = Velocity ? 2 * A : A, size = packed_size(N);
+    const T zero = splat<T>(0.0), one = splat<T>(1.0);
+    if (detail) {
+        for (int r = 0; r < rows; ++r) {
+            const int p = (r % A) * B + r / A;
+            v.y[r] = select<T>(m.present[r], m.z[r] - in[p], zero);
+            for (int q = 0; q <= r; ++q) {
+                const T noise = m.full ? m.R[packed(r, q)] : q == r ? m.R[r] : zero;
+                const T S = in[N + packed(p, (q % A) * B + q / A)] + noise;
+                v.joint[packed(r, q)] = select<T>(m.present[r] & m.present[q], S, q == r ? one : zero);
+            }
+        }
+    }
+    if (m.full) return update_correlated<T, A, B, N, rows>(m, in, out, v, detail);
+    T x[N], P[size], nis = zero, det = one;
+    JINK_UNROLL
+    for (int i = 0; i < N; ++i) x[i] = in[i];
+    JINK_UNROLL
+    for (int k = 0; k < size; ++k) P[k] = in[N + k];
+    JINK_UNROLL
+    for (int r = 0; r < rows; ++r) {
+        const DirectRow<T, N> row((r % A) * B + r / A, m.present[r], m.z[r], m.R[r], x, P);
+        nis = nis + row.nis, det = det * row.S;
+        if (detail) v.e[r] = row.e, v.S[r] = row.S;
     }
     v.nis = nis, v.det = det;
     JINK_UNROLL
     for (int i = 0; i < N; ++i) out[i] = x[i];
     JINK_UNROLL
     for (int k = 0; k < size; ++k) out[N + k] = P[k];
-    if (!m.full || !any(thin)) return;
-    for (int k = 0; k < N + size; ++k) out[k] = select<T>(thin, other[k], out[k]);
-    v.nis = select<T>(thin, in_other.nis, nis), v.det = select<T>(thin, in_other.det, det);
-    for (int r = 0; r < rows && detail; ++r) v.e[r] = select<T>(thin, in_other.e[r], v.e[r]), v.S[r] = select<T>(thin, in_other.S[r], v.S[r]);
 }
 
 // Any sensor, linearised at the predicted state (extended Kalman filter).

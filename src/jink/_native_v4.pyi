@@ -509,6 +509,13 @@ def gradient(
     Sums of a figure per track into value (tracks, sums), their derivatives along the tangents into slope.
     """
 
+def first_indefinite(
+    matrices: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, None, None), order="C", device="cpu", writable=False)
+    ],
+) -> int: ...
+def keep_freed_memory() -> None: ...
+
 lanes: int = 8
 
 class Engine:

@@ -12,7 +12,7 @@ import pytest
 from polars.testing import assert_frame_equal
 from typer.testing import CliRunner
 
-from jink.archive import run, settling
+from jink.archive import reducing, run, settling
 from jink.cli.main import app
 from jink.tracking import large, prepare
 
@@ -121,6 +121,24 @@ def test_files_in_pieces_have_the_same_rows(tmp_path, hours, monkeypatch):
     monkeypatch.setattr(run, "PER_ROW", 10**9)
     track(*hours, "-o", f"{tmp_path}/pieces/", *SAME)
     assert_frame_equal(all_rows(tmp_path / "pieces"), all_rows(tmp_path / "whole"), check_exact=True)
+
+
+@pytest.mark.parametrize("options", [(), ("--smooth",)])
+def test_a_bucket_that_is_too_large_is_tracked_some_targets_at_a_time(tmp_path, hours, monkeypatch, options):
+    """The rows, and their order in each bucket, are those of buckets that are tracked at once."""
+    monkeypatch.setattr(run, "SHARE", 250)
+    track(*hours, "-o", f"{tmp_path}/whole/", *SAME, *options)
+    monkeypatch.setattr(run, "LEAST_PIECE", 250)
+    monkeypatch.setattr(run, "PER_ROW", 10**9)
+    sizes, once = [], reducing.Shares.tables
+    monkeypatch.setattr(
+        reducing.Shares, "tables", lambda self, rows: sizes.append(rows.rows.height) or once(self, rows)
+    )
+    summary = track(*hours, "-o", f"{tmp_path}/shares/", *SAME, *options)
+    assert len(sizes) > summary["buckets"] and all(size <= 250 or 690 < size <= 700 for size in sizes)
+    for path in sorted((tmp_path / "whole").glob("bucket=*/part.parquet")):
+        other = pl.read_parquet(tmp_path / "shares" / path.parent.name / path.name)
+        assert_frame_equal(other, pl.read_parquet(path), check_exact=True)
 
 
 def test_two_processes_write_the_same_bytes_as_one(tmp_path):

@@ -129,6 +129,14 @@ REFUSED = {  # a call, and what its message must say
         lambda: jink.IMM([CV, CA], PLANE, jink.Sojourn(seconds=[9.0, 9.0], to=[[0, 0.5], [1, 0]])),
         "Sojourn.to: rows must sum to one",
     ),
+    "a sojourn without a rate": (
+        lambda: jink.IMM([CV, CA], PLANE, jink.Sojourn(seconds=[9.0, 5e-324])),
+        "Sojourn.seconds: expected at least 1e-150, got 4.94066e-324",
+    ),
+    "a step without a rate": (
+        lambda: jink.IMM([CV, CA], PLANE, 0.9, transition_step=1e-300),
+        "transition_step: expected at least 1e-150, got 1e-300",
+    ),
     "three points want three rows": (
         lambda: jink.AdaptiveGrid(LEVELS, PLANE, line_transition(4)),
         "transition: expected a 3 by 3 matrix, got shape (4, 4)",

@@ -165,6 +165,19 @@ def test_where_nothing_is_in_doubt_nothing_changes():
         np.testing.assert_array_equal(getattr(both[1], field), getattr(both[3], field), err_msg=field)
 
 
+def test_a_row_believed_with_hindsight_alone_keeps_its_track():
+    """The row at 10 s is gated, as is the one at 11 s, which upholds it: the track waits for 20 s from 10 s on."""
+    doubting = jink.Outliers(extent=1e4, restart_after=0, hindsight=True)
+    motion, sensor = jink.ConstantVelocity(acceleration_psd=0.1), jink.Position(sd=10.0, axes=1)
+    f = jink.Kalman(motion, sensor, outliers=doubting, coast=20.0)
+    time = np.array([*range(12), 29.9, 30.1])
+    z = np.array([*[0.0] * 10, 57.6, 74.5, np.nan, np.nan])[:, None]
+    first, final = (verb(time, z).status[10:] for verb in (f.filter, f.smooth))
+    gated, updated, predicted, none = (jink.Status[name] for name in ("gated", "updated", "predicted", "none"))
+    np.testing.assert_array_equal(first, [gated, gated, predicted, none])
+    np.testing.assert_array_equal(final, [updated, gated, predicted, none])
+
+
 def test_filters_that_cannot_say_so():
     sensor, doubting = jink.Position(sd=25.0), jink.Outliers(hindsight=True)
     cv = jink.ConstantVelocity(acceleration_sd=1.0)

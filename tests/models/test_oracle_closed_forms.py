@@ -87,6 +87,17 @@ def test_two_modes_relax_to_their_sojourn_times():
     assert_allclose(est.mode_probability[:, 0], 0.75 + (0.1 - 0.75) * np.exp(-rate * t), rtol=1e-12)
 
 
+@pytest.mark.parametrize("seconds", [1e-5, 1e-12, 1e-40, 1e-149])
+def test_many_sojourns_within_a_step_end_at_the_stationary_probabilities(seconds):
+    """They end where pi G = 0, pi = (3/4, 1/4), whatever the number of squarings."""
+    motions = [jink.ConstantVelocity(acceleration_sd=s) for s in (0.1, 1.0)]
+    chain = jink.Sojourn(seconds=[3.0 * seconds, seconds])
+    prior = jink.Prior(np.zeros(2), np.eye(2))
+    f = jink.IMM(motions, jink.Position(sd=1.0, axes=1), chain, mode_probability=[0.1, 0.9], initial=prior)
+    est = f.filter([0.0, 0.01, 1e4], np.full((3, 1), nan))
+    assert_allclose(est.mode_probability[1:], [[0.75, 0.25]] * 2, rtol=1e-9)
+
+
 @pytest.mark.parametrize("step", [0.5, 1.0, 4.0])
 def test_a_matrix_with_its_step_is_a_matrix_power(step):
     motions = [jink.ConstantVelocity(acceleration_sd=s) for s in (0.1, 1.0)]

@@ -110,6 +110,8 @@ class HindsightTrack(Track):
                 if before.doubt is None or before.doubt.upheld is not None:
                     break
                 before.doubt.upheld = bool(both[0] >= both[1])
+                if before.doubt.upheld and before.doubt.used is not None:
+                    self.accepted_late(before.doubt.used)
             self.doubt = None
         weights = np.exp(log_joint - log_joint.max())
         believed = merged(weights, [[Mode(u.x, u.P) for u in of] for of in found])
@@ -135,6 +137,11 @@ class HindsightTrack(Track):
             return
         self.doubt = scan.doubt = Doubt(Bank(*believed, 1.0 - weight), Bank(*none, weight), work)
         self.modes, self.mu = merged(np.array([(1.0 - weight) * believed[1], weight * none[1]]), [believed[0], none[0]])
+
+    def accepted_late(self, row: Row) -> None:
+        self.seen = max(self.seen, row.time)
+        if row.present[min(2, len(row.present) - 1)]:
+            self.seen_height = max(self.seen_height, row.time)
 
 
 def decided(scans: list[Scan]) -> list[Scan]:

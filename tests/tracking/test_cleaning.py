@@ -67,6 +67,15 @@ def test_repeated_positions_of_a_moving_target_become_misses():
     assert _clean(_rows(range(8), [0, 200, 200, 200, 800, 1000, 1000, 1000]), drop_stale=False).rows["measured"].all()
 
 
+def test_a_position_held_until_a_gap_is_stale_though_the_next_one_is_near():
+    time = [0, 1, 2, 3, 4, 5, 6, 500, 501, 502, 503]
+    held = _rows(time, [0, 80, 160, 240, 240, 240, 240, 300, 380, 460, 540], speed=[80] * 11)
+    assert _clean(held).counts["stale_positions"] == 3  # 60 m in 494 s would be a target at rest
+    assert _clean(held, gap=0.0).counts["stale_positions"] == 0
+    parked = _rows(time, [0, 2, 4, 5, 5, 5, 5, 5, 6, 8, 10], speed=[2] * 11)
+    assert _clean(parked).counts["stale_positions"] == 0
+
+
 def test_a_target_at_rest_is_believed():
     parked = [0, 2, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 5]
     assert _clean(_rows(range(13), parked)).counts["stale_positions"] == 0

@@ -67,13 +67,56 @@ def test_an_overlap_that_is_too_short_grows(monkeypatch):
     assert np.nanmax(np.abs(found["x"] - whole.x) / np.sqrt(np.einsum("nii->ni", whole.P))) < 1e-9
 
 
-@pytest.mark.parametrize("smooth", [False, True])
-def test_a_filter_that_remembers_too_long_runs_over_the_whole_part(monkeypatch, smooth):
+def too_short(monkeypatch):
+    """No overlap is long enough."""
     monkeypatch.setattr(stretches, "MOST", 8)
     monkeypatch.setattr(stretches, "OVERLAP", 4)
-    found, whole, run, _ = both("imm", 2_000, smooth=smooth)
+
+
+def test_a_smoother_that_remembers_too_long_runs_over_the_whole_part(monkeypatch):
+    too_short(monkeypatch)
+    found, whole, run, _ = both("imm", 2_000, smooth=True)
     assert run.overlap > 8
     np.testing.assert_array_equal(found["x"], whole.x)
+
+
+@pytest.mark.parametrize("filter", ["imm", "kalman-cv", "singer", "aimm3", "imm-cv-ct"])
+def test_a_filter_that_remembers_too_long_carries_its_state(monkeypatch, filter):
+    """Every row is run once, whatever the number of pieces."""
+    too_short(monkeypatch)
+    rows, once = [], stretches.Carried._next
+    monkeypatch.setattr(stretches.Carried, "_next", lambda self, of, row: rows.append(row) or once(self, of, row))
+    found, whole, _, count = both(filter, 2_000)
+    assert count == 5 and rows == list(range(ROWS))
+    sd = np.sqrt(np.einsum("nii->ni", whole.P))
+    assert np.nanmax(np.abs(found["x"] - whole.x) / sd) < 1e-12
+    np.testing.assert_array_equal(found["status"], whole.status)
+
+
+def test_a_state_is_carried_from_a_piece_in_the_middle(monkeypatch):
+    """The first pieces agreed; then one does not."""
+    found, _, run, _ = both("imm", 2_000)
+    one = group("imm")
+    cut = list(pieces(one.placed.offsets, 2_000))
+    too_short(monkeypatch)
+    monkeypatch.setattr(stretches, "CHUNK", 1_500)
+    run.overlap = 16
+    last = run.run(cut[-1])
+    sd = np.sqrt(np.einsum("nii->ni", last.P))
+    assert np.nanmax(np.abs(found["x"][cut[-1].rows] - last.x) / sd) < 1e-9
+
+
+def test_far_away_stretches_agree_as_far_as_digits_go(monkeypatch):
+    """At 3·10⁵ sds from the origin, ten rows a second: the filter remembers as many seconds as near by."""
+    step = 0.1
+    rows = table(60_000).with_columns(pl.col("time") * step, x=6e6 + pl.col("x") * step, y=6e6 + pl.col("y") * step)
+    (one,) = prepare(
+        load_frame(rows, Reading()).measurements, Settings(filter="imm", sensor_sd={"position": 20.0})
+    ).groups
+    run = Stretched(one.filter, one.placed, one.covariance, None, 1)
+    for piece in pieces(one.placed.offsets, 4_000):
+        run.run(piece)
+    assert run.overlap <= stretches.MOST
 
 
 def test_pieces_cover_all_rows_once():
@@ -91,5 +134,5 @@ def test_manoeuvres_go_on_from_piece_to_piece(monkeypatch, smooth):
     monkeypatch.setattr(batch, "pieces", partial(pieces, most=2_000))
     found = jink.track(short, sensor_sd=20.0, smooth=smooth)
     np.testing.assert_allclose(found["manoeuvring"], whole["manoeuvring"], atol=1e-7)
-    assert whole["segment"].max() > 20
+    assert whole["segment"].to_numpy().max() > 20
     assert found["segment"].to_list() == whole["segment"].to_list()

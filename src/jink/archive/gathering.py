@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any, NamedTuple
 
+import numpy as np
 import polars as pl
 
 from ..io.kept import MARK, alike
@@ -18,11 +19,12 @@ from .store import Store
 
 
 class Place(NamedTuple):
-    """A slice of an input file: the file's number, what is the same in its rows, and the batch that it is."""
+    """A slice of an input file: the file's number, what is the same in its rows, the batch that it is, and its rows."""
 
     number: int
     same: dict[str, Any]
     batch: int
+    rows: int
 
 
 @dataclass(frozen=True)
@@ -87,29 +89,66 @@ def places(said: Sequence[dict[str, Any]], bucket: int) -> list[Place]:
     """Where the rows of a bucket are, in the order of the files."""
     name = str(bucket)
     return [
-        Place(number, part["same"], part["slices"][name])
+        Place(number, part["same"], part["slices"][name], part["rows"][name])
         for number, each in enumerate(said)
         for part in each["parts"]
         if name in part["slices"]
     ]
 
 
-def gather(store: Store, kind: Kind, where: Sequence[Place]) -> pl.DataFrame:
-    """The rows of a bucket in the order of the files."""
-    frames = list(_slices(store, kind, where))
+def gather(store: Store, kind: Kind, where: Sequence[Place], between: tuple[str, str] | None = None) -> pl.DataFrame:
+    """The rows of a bucket in the order of the files; between: those of some targets, from the first to the last."""
+    frames = list(_slices(store, kind, where, between))
     if not frames:
         return pl.DataFrame(schema=kind.columns)
     return pl.concat(frames, rechunk=True)
 
 
-def _slices(store: Store, kind: Kind, where: Sequence[Place]) -> Iterator[pl.DataFrame]:
+def shares(store: Store, where: Sequence[Place], most: int) -> list[tuple[str, str] | None]:
+    """A bucket in shares of whole targets, in the order of their names: the first and the last of each. A share has
+    at most `most` rows, or one target. None: the whole bucket.
+    """
     import pyarrow as pa
 
+    if sum(place.rows for place in where) <= most:
+        return [None]
+    counts: list[pl.DataFrame] = []
+    for number, some in groupby(where, lambda place: place.number):
+        with store.open(names.slices(number)) as source, pa.ipc.open_file(source) as reader:
+            column = reader.schema.get_field_index("target")
+        with store.open(names.slices(number)) as source:
+            options = pa.ipc.IpcReadOptions(included_fields=[column])
+            with pa.ipc.open_file(source, options=options) as reader:
+                for place in some:
+                    found = pl.DataFrame(pa.Table.from_batches([reader.get_batch(place.batch)]))
+                    counts.append(found.group_by("target").len("rows"))
+    total = pl.concat(counts).group_by("target").agg(pl.col("rows").sum()).sort("target")
+    names_of = total["target"]
+    return [(names_of[first], names_of[end - 1]) for first, end in packed(total["rows"].to_numpy(), most)]
+
+
+def packed(sizes: np.ndarray, most: int) -> Iterator[tuple[int, int]]:
+    """First and end of successive groups whose sizes together are at most so many; of one alone where it has more."""
+    ends = np.cumsum(sizes)
+    first, done = 0, 0
+    while first < ends.size:
+        end = max(int(np.searchsorted(ends, done + most, side="right")), first + 1)
+        yield first, end
+        first, done = end, int(ends[end - 1])
+
+
+def _slices(
+    store: Store, kind: Kind, where: Sequence[Place], between: tuple[str, str] | None
+) -> Iterator[pl.DataFrame]:
+    import pyarrow as pa
+
+    some_targets = True if between is None else pl.col("target").is_between(pl.lit(between[0]), pl.lit(between[1]))
     for number, some in groupby(where, lambda place: place.number):
         with store.open(names.slices(number)) as source, pa.ipc.open_file(source) as reader:
             for place in some:
                 batch = reader.get_batch(place.batch)
-                yield _shaped(pl.DataFrame(pa.Table.from_batches([batch])), place.same, kind.columns)
+                frame = pl.DataFrame(pa.Table.from_batches([batch])).filter(some_targets)
+                yield _shaped(frame, place.same, kind.columns)
 
 
 def _shaped(frame: pl.DataFrame, same: dict[str, Any], columns: dict[str, Any]) -> pl.DataFrame:

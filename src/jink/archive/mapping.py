@@ -110,11 +110,11 @@ def _write(job: Job, number: int, begun: list[Any], rest: Iterator[Any], said: d
             table = table.select(schema.names)
         if table.schema != schema:
             raise InputError(f"{said['file']}: its parts have different columns: {_both(schema, table.schema)}")
-        part["slices"], start = {}, 0
+        part["slices"], part["rows"], start = {}, {}, 0
         for bucket, size in sizes.iter_rows():
             slice = table.slice(start, size).combine_chunks()
             writer.write_batch(slice.to_batches()[0])
-            part["slices"][str(bucket)] = batch
+            part["slices"][str(bucket)], part["rows"][str(bucket)] = batch, size
             batch, start = batch + 1, start + size
         said["parts"].append(part)
     assert writer is not None

@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import IO, Any
 
+import numpy as np
 import polars as pl
 
+from ..filters import memory
 from ..tracking.shares import Shares
 from . import job as names
-from .gathering import Place, gather
+from .gathering import Place, gather, packed
+from .gathering import shares as shares_of
 from .job import Job
 from .settling import Settled
 
+PART = 150_000  # rows that are tracked at once, of whole targets: what they take stays near the processor
+KEPT = 1 << 27  # bytes of results that wait for the next ones: those of one piece of rows
 REMEDY = "state it in the input (a column of altitudes for all), or track these files apart"
 
 
@@ -21,13 +26,9 @@ def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place
     job.check()
     lost: list[pl.DataFrame] = []
     shares = Shares(job.settings, lost.append, REMEDY, settled.known, dict(settled.schema))
-    rows = gather(job.store, settled.kind, where)
-    shares.tally.rows = rows.height
     size = 0
-    if rows.height:
-        measured = settled.kind.measurements(rows)
-        del rows
-        tables = shares.tables(measured)
+    with memory.at_most(KEPT):
+        tables = _tables(job, settled, where, shares)
         first = next(tables, None)
         if first is not None:
             size = job.store.put(names.tracks(bucket), lambda handle: _write(first, tables, handle))
@@ -47,6 +48,24 @@ def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place
     }
     job.say(names.reduced(bucket), done)
     return done
+
+
+def _tables(job: Job, settled: Settled, where: Sequence[Place], shares: Shares) -> Iterator[pl.DataFrame]:
+    """The tracks of a bucket by target; of a large one, only some targets are in memory at a time."""
+    for between in shares_of(job.store, where, job.piece):
+        rows = gather(job.store, settled.kind, where, between)
+        shares.tally.rows += rows.height
+        for some in whole_targets(rows, PART):
+            yield from shares.tables(settled.kind.measurements(some))
+
+
+def whole_targets(rows: pl.DataFrame, most: int) -> Iterator[pl.DataFrame]:
+    """Parts of at most so many rows, or of one target, by the targets' names; rows of a target keep their order."""
+    ordered = rows.sort("target", maintain_order=True)
+    sizes = ordered["target"].rle().struct.field("len").to_numpy()
+    starts = np.r_[0, np.cumsum(sizes)]
+    for first, end in packed(sizes, most):
+        yield ordered.slice(starts[first], starts[end] - starts[first])
 
 
 def grounds_of(settled: Settled) -> str:

@@ -641,10 +641,13 @@ def _in_memory(
     request: TrackRequest, reading: Any, settings: Any, anonymous: Any, output: Path | None, kind: str, progress: Any
 ) -> tuple[Any, list[Path]]:
     """All files at once: the tracks, and what was written."""
+    from .._engine import native
     from ..io.loading import load_files
     from ..io.writing import MAPS
     from ..tracking.batch import run
 
+    # what fits in memory may keep it, so that no array costs new pages
+    native.keep_freed_memory()
     loaded = load_files(request.inputs, reading, lambda done, total: progress("reading", done, total))
     if kind in MAPS and loaded.measurements.position != "geographic" and not (settings.site or settings.sites):
         raise InputError(

@@ -8,6 +8,8 @@ stays below a sixteenth of the machine's memory; the oldest go first.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from threading import Lock
 
 import numpy as np
@@ -56,6 +58,17 @@ def empty(shape: tuple[int, ...]) -> Array:
     if block is None:
         block = np.empty(size + LINE, np.uint8)
     return np.asarray(_Lent(block, size)).view(np.float64).reshape(shape)
+
+
+@contextmanager
+def at_most(size: int) -> Iterator[None]:
+    """Within it, no more than so many bytes are kept."""
+    global MOST
+    before, MOST = MOST, min(MOST, size)
+    try:
+        yield
+    finally:
+        MOST = before
 
 
 def keep(block: np.ndarray) -> None:

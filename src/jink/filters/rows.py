@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._engine import native
 from ..checks import Array, numbers, whole
 from ..models.start import Prior
 from ..times import seconds
@@ -211,10 +212,9 @@ def row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | Non
     if bad.any():
         raise ValueError(f"covariance: row {int(np.argmax(bad))} has a variance that is not positive")
     if R.ndim == 3 and columns > 1:
-        try:
-            np.linalg.cholesky(R)
-        except np.linalg.LinAlgError:
-            raise ValueError("covariance: some rows are not positive definite") from None
+        wrong = native.first_indefinite(R)
+        if wrong >= 0:
+            raise ValueError(f"covariance: row {wrong} is not symmetric and positive definite")
     return R
 
 

@@ -17,20 +17,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
+from .short_geodesics import geod, geodesics_ahead, geodesics_between, wrapped
+
 EQUATOR, ECCENTRICITY2 = 6_378_137.0, 6.69437999014e-3  # of WGS84: half the axis in m, eccentricity squared
 EXCURSION = 1e5  # m: a lone position this far out and back hangs beside the chain of legs instead of carrying it
-
-
-@lru_cache(1)
-def _geod() -> Any:
-    from pyproj import Geod
-
-    return Geod(ellps="WGS84")
 
 
 @dataclass(frozen=True)
@@ -86,8 +79,8 @@ class SiteFrame:
         latitude, longitude, altitude = self._from_space(x, y, z)
         good = np.isfinite(latitude)
         convergence = np.full(x.shape, np.nan)
-        ahead, back, _ = _geod().inv(here[1][good], here[0][good], longitude[good], latitude[good])
-        convergence[good] = np.radians(_wrapped(np.asarray(back) + 180.0 - ahead))
+        ahead, back, _ = geod().inv(here[1][good], here[0][good], longitude[good], latitude[good])
+        convergence[good] = np.radians(wrapped(np.asarray(back) + 180.0 - ahead))
         return latitude, longitude, convergence, altitude
 
     def _from_space(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -127,7 +120,7 @@ def develop(latitude: np.ndarray, longitude: np.ndarray, first: np.ndarray) -> D
     anchor = np.maximum.accumulate(link) if count else link
     beside = np.setdiff1d(known, chain, assume_unique=True)
     if beside.size:
-        ahead, _, length = _geod().inv(
+        ahead, _, length = geod().inv(
             longitude[anchor[beside]], latitude[anchor[beside]], longitude[beside], latitude[beside]
         )
         course = np.radians(ahead) - convergence[anchor[beside]]
@@ -146,8 +139,8 @@ def legs(
     the meridian turns against them on the way (rad), and lengths (m).
     """
     one, other = np.array(start), np.array(end)
-    ahead, back, length = _geod().inv(one[:, 1], one[:, 0], other[:, 1], other[:, 0])
-    turned = np.radians(_wrapped(back + 180.0 - ahead))
+    ahead, back, length = geod().inv(one[:, 1], one[:, 0], other[:, 1], other[:, 0])
+    turned = np.radians(wrapped(back + 180.0 - ahead))
     return np.radians(ahead).tolist(), turned.tolist(), np.asarray(length).tolist()
 
 
@@ -158,7 +151,7 @@ def lines_of_sight(
     out = np.full((3, latitude.size), np.nan)
     good = np.isfinite(latitude) & np.isfinite(longitude)
     here = np.full(good.sum(), site.longitude), np.full(good.sum(), site.latitude)
-    ahead, back, length = _geod().inv(*here, longitude[good], latitude[good])
+    ahead, back, length = geod().inv(*here, longitude[good], latitude[good])
     out[:, good] = length, np.radians(ahead), np.radians(np.asarray(back) + 180.0)
     return out[0], out[1], out[2]
 
@@ -169,12 +162,12 @@ def _excursions(latitude: np.ndarray, longitude: np.ndarray, start: np.ndarray) 
     inner = np.flatnonzero(~start[1:-1] & ~start[2:]) + 1
     if not inner.size:
         return away
-    rough = np.hypot(np.diff(latitude), _wrapped(np.diff(longitude)) * np.cos(np.radians(latitude[1:]))) * 111_000.0
+    rough = np.hypot(np.diff(latitude), wrapped(np.diff(longitude)) * np.cos(np.radians(latitude[1:]))) * 111_000.0
     inner = inner[(rough[inner - 1] > EXCURSION) & (rough[inner] > EXCURSION)]
     if not inner.size:
         return away
     legs = [
-        _geod().inv(longitude[a], latitude[a], longitude[b], latitude[b])[2]
+        geod().inv(longitude[a], latitude[a], longitude[b], latitude[b])[2]
         for a, b in ((inner - 1, inner), (inner, inner + 1), (inner - 1, inner + 1))
     ]
     away[inner[legs[2] < 0.1 * np.minimum(legs[0], legs[1])]] = True
@@ -186,13 +179,16 @@ def _lay(latitude: np.ndarray, longitude: np.ndarray, start: np.ndarray) -> tupl
     """Positions and convergence of chained legs; each track starts from (0, 0), axes east and north."""
     if latitude.size < 2:
         return np.zeros(latitude.size), np.zeros(latitude.size), np.zeros(latitude.size)
-    ahead, back, length = _geod().inv(longitude[:-1], latitude[:-1], longitude[1:], latitude[1:])
-    ahead, length = np.where(start[1:], 0.0, ahead), np.where(start[1:], 0.0, length)
-    turned = np.where(start[1:], 0.0, np.radians(_wrapped(back + 180.0 - ahead)))
+    again = start[1:]
+    # a track's first leg goes nowhere
+    latitude_before = np.where(again, latitude[1:], latitude[:-1])
+    longitude_before = np.where(again, longitude[1:], longitude[:-1])
+    east, north, turned = geodesics_between(latitude_before, longitude_before, latitude[1:], longitude[1:])
     convergence = _running(np.r_[0.0, turned], start)
-    course = np.radians(ahead) - convergence[:-1]
-    x = _running(np.r_[0.0, length * np.sin(course)], start)
-    y = _running(np.r_[0.0, length * np.cos(course)], start)
+    turn = convergence[:-1] + 0.5 * turned
+    sin, cos = np.sin(turn), np.cos(turn)
+    x = _running(np.r_[0.0, east * cos - north * sin], start)
+    y = _running(np.r_[0.0, east * sin + north * cos], start)
     return x, y, convergence
 
 
@@ -211,13 +207,10 @@ def _ahead(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Follow geodesics by their components in a turned frame: latitude, longitude, convergence there."""
     good = np.isfinite(east) & np.isfinite(north) & np.isfinite(latitude)
-    azimuth = np.degrees(np.arctan2(east[good], north[good]) + convergence[good])
+    turned, right, up = convergence[good], east[good], north[good]
+    sin, cos = np.sin(turned), np.cos(turned)
     out = np.full((3, latitude.size), np.nan)
-    lon, lat, back = _geod().fwd(longitude[good], latitude[good], azimuth, np.hypot(east[good], north[good]))
-    out[0, good], out[1, good] = lat, lon
-    out[2, good] = convergence[good] + np.radians(_wrapped(np.asarray(back) + 180.0 - azimuth))
+    way = right * cos + up * sin, up * cos - right * sin
+    out[0, good], out[1, good], more = geodesics_ahead(latitude[good], longitude[good], *way)
+    out[2, good] = turned + more
     return out[0], out[1], out[2]
-
-
-def _wrapped(degrees: Any) -> Any:
-    return (degrees + 180.0) % 360.0 - 180.0

@@ -41,10 +41,13 @@ class Packed:
 
     def write(self, text: bytes) -> int:
         """Take some bytes more."""
-        self.held += text
-        while len(self.held) >= MEMBER:
-            self._pack(bytes(self.held[:MEMBER]))
-            del self.held[:MEMBER]
+        view = memoryview(text)
+        while len(self.held) + len(view) >= MEMBER:
+            size = MEMBER - len(self.held)
+            self._pack(b"".join((self.held, view[:size])))
+            self.held.clear()
+            view = view[size:]
+        self.held += view
         return len(text)
 
     def flush(self) -> None:

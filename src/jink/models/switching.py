@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import Array, numbers, positive, whole
+from ..checks import MOST, Array, numbers, positive, whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Sojourn:
     def generator(self, modes: int) -> Array:
         """G (M, M), 1/s. Errors: ValueError for the wrong number of modes or rows that do not sum to one."""
         whole("modes", modes, 1)
-        rates = [1.0 / positive("Sojourn.seconds", s) for s in numbers("Sojourn.seconds", self.seconds).ravel()]
+        rates = [_rate("Sojourn.seconds", s) for s in numbers("Sojourn.seconds", self.seconds).ravel()]
         if len(rates) != modes:
             raise ValueError(f"Sojourn.seconds: expected one number for each of {modes} modes, got {len(rates)}")
         if self.to is None:
@@ -70,7 +70,14 @@ def transition_rule(transition: object, step: float | None, modes: int) -> tuple
         raise ValueError(f"transition: mode {int(np.argmin(matrix.sum(axis=0)))} cannot be reached")
     if step is None:
         return False, matrix
-    return True, _matrix_log(matrix) / positive("transition_step", step)
+    return True, _matrix_log(matrix) * _rate("transition_step", step)
+
+
+def _rate(name: str, seconds: float) -> float:
+    """1/s of so many seconds, a number whose square is one too."""
+    if 0 < positive(name, seconds) < 1 / MOST:
+        raise ValueError(f"{name}: expected at least {1 / MOST:g}, got {seconds:g}")
+    return 1.0 / seconds
 
 
 def _matrix_log(matrix: Array) -> Array:

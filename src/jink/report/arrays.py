@@ -10,6 +10,7 @@ import gzip
 
 import numpy as np
 
+LEVEL = 4  # of gzip: 1 % larger than at 6, in less than half the time
 _CODES = {"f4": np.dtype("<f4"), "f8": np.dtype("<f8"), "u1": np.dtype("u1"), "i4": np.dtype("<i4")}
 
 
@@ -54,4 +55,4 @@ class ArrayBlock:
 
     def base64(self) -> str:
         """The whole block, gzip-compressed, as ASCII text that is safe inside a script element."""
-        return base64.b64encode(gzip.compress(b"".join(self._chunks), compresslevel=6, mtime=0)).decode("ascii")
+        return base64.b64encode(gzip.compress(b"".join(self._chunks), compresslevel=LEVEL, mtime=0)).decode("ascii")

@@ -14,6 +14,7 @@ import polars as pl
 from ..io.measurements import DIMENSIONS
 from ..io.stages import stage
 from ..io.values import codes_of, order_of
+from .height_jumps import impossible_heights
 
 STALE_SPEED = 0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
 STALE_SPEED_AT_END = 5.0  # m/s: the same at the end of a track, where no next position tells
@@ -54,15 +55,18 @@ class Cleaned:
 
 @stage("clean")
 def clean(rows: pl.DataFrame, position: str, how: Cleaning) -> Cleaned:
-    """Sort, drop duplicates, blank stale positions, split at gaps, drop what is too short, in this order."""
-    state = Cleaned(rows)
+    """Sort, drop duplicates, blank stale positions, split at gaps, drop first positions that the next contradict, blank
+    heights that cannot be, drop what is too short, in this order.
+    """
+    state, gap = Cleaned(rows), how.gap if how.gap > 0 else np.inf
     _order(state, how.sort)
     state.rows = state.rows.with_columns(measured=measured_rows(state.rows, position))
     state.counts["duplicate_times"] = _duplicates(state, position) if how.drop_duplicates else 0
-    state.counts["stale_positions"] = _stale(state, position) if how.drop_stale else 0
-    _parts(state, how.gap if how.gap > 0 else np.inf)
+    state.counts["stale_positions"] = _stale(state, position, gap) if how.drop_stale else 0
+    _parts(state, gap)
     if how.fastest > 0:
         state.counts["wrong_starts"] = _starts(state, position, how.fastest)
+        _heights(state, position, how.fastest)
     _short(state, how.min_points)
     return state
 
@@ -136,11 +140,12 @@ def _duplicates(state: Cleaned, position: str) -> int:
     return int(bad.sum())
 
 
-def _stale(state: Cleaned, position: str) -> int:
+def _stale(state: Cleaned, position: str, gap: float) -> int:
     """Positions repeated while the target moves are old ones filled forward: they become misses.
 
-    What tells rest from staleness is the distance to the next different position over the time between; at
-    the end of a track the speed before and the reported one, which elsewhere is often filled forward itself.
+    What tells rest from staleness is the distance to the next different position over the time between. At the end of
+    a track, and before a gap, it is the speed before and the reported one, which elsewhere is often filled forward
+    itself.
     """
     rows = state.rows
     several = rows["source"].n_unique() > 1
@@ -164,7 +169,8 @@ def _stale(state: Cleaned, position: str) -> int:
     elapsed = time[starts[1:]] - time[starts[:-1]]
     with np.errstate(divide="ignore", invalid="ignore"):
         pace = np.where(track[starts[1:]], np.nan, distance / elapsed)  # from run k to run k+1
-    onward, inward = np.r_[pace, np.nan], np.r_[np.nan, pace]
+    apart = time[starts[1:]] - time[starts[1:] - 1] > gap
+    onward, inward = np.r_[np.where(apart, np.nan, pace), np.nan], np.r_[np.nan, pace]
     at_end = np.isnan(onward)
     moving = np.where(at_end, np.nan_to_num(inward) > STALE_SPEED_AT_END, onward > STALE_SPEED)
     resting = at_end[run] & (held["speed"].to_numpy() <= STALE_SPEED)
@@ -245,6 +251,20 @@ def _starts(state: Cleaned, position: str, fastest: float) -> int:
     bad[measured[starts[wrong]]] = True
     state.drop(bad, "the next positions contradict this first one")
     return int(bad.sum())
+
+
+def _heights(state: Cleaned, position: str, fastest: float) -> None:
+    """Heights that no target of the kind can climb to become misses, and their positions stay."""
+    name = {"geographic": "altitude", "cartesian": "z"}.get(position, "")
+    rows = state.rows
+    if name not in rows.columns:
+        return
+    new = changes(rows["target"], rows["part"])
+    bad, jumps = impossible_heights(rows["time"].to_numpy(), rows[name].to_numpy(), new, fastest)
+    state.counts |= {"impossible_heights": int(bad.sum()), "height_jumps": jumps}
+    if bad.any():
+        missing = pl.when(pl.Series(bad)).then(float("nan")).otherwise(pl.col(name))
+        state.rows = rows.with_columns(missing.alias(name))
 
 
 def _short(state: Cleaned, min_points: int) -> None:

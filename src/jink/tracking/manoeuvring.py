@@ -21,6 +21,7 @@ GRAVITY = 9.80665  # m/s²
 ON, OFF = 0.6, 0.4  # manoeuvre probability at which a new segment begins and ends
 UNSURE = 1e12  # (m/s²)²: the variance of an acceleration of which nothing is known
 SLACK = 1e-6  # s: of times that are taken for equal
+BLOCK = 4_000  # rows at once: few enough for the processor's cache
 SHORT = 1e-3  # s: over less than that a velocity does not change
 
 
@@ -123,15 +124,20 @@ def probabilities(moving: Moving, what: Manoeuvres) -> list[np.ndarray]:
 
 def between(moving: Moving, what: Manoeuvres, first: np.ndarray, last: np.ndarray) -> list[np.ndarray]:
     """The same with the numbers (N,) of the rows that each row's window begins and ends at."""
-    elapsed = moving.time[last] - moving.time[first]
-    return [_of_direction(moving, what, k, first, last, elapsed) for k in range(len(moving.velocity))]
+    out = [np.empty(first.size) for _ in moving.velocity]
+    for begin in range(0, first.size, BLOCK):
+        rows = slice(begin, begin + BLOCK)
+        elapsed = moving.time[last[rows]] - moving.time[first[rows]]
+        for k, found in enumerate(out):
+            found[rows] = _of_direction(moving, what, k, rows, first[rows], last[rows], elapsed)
+    return out
 
 
 def _of_direction(
-    moving: Moving, what: Manoeuvres, k: int, first: np.ndarray, last: np.ndarray, elapsed: np.ndarray
+    moving: Moving, what: Manoeuvres, k: int, rows: slice, first: np.ndarray, last: np.ndarray, elapsed: np.ndarray
 ) -> np.ndarray:
     """T⁻¹ (v(last) - v(first)) against the threshold, in straight modes and in the others."""
-    T, mode = np.where(elapsed < SHORT, what.window, elapsed), moving.mode
+    T, mode = np.where(elapsed < SHORT, what.window, elapsed), moving.mode[rows]
     velocity, before, after = moving.velocity[k], moving.variance[k][first], moving.variance[k][last]
     change = (velocity[:, last] - velocity[:, first]) / T
     unsure = np.where(elapsed < SHORT, UNSURE, np.minimum((before + after) / T**2, UNSURE))
@@ -142,7 +148,7 @@ def _of_direction(
     mean, variance = change, unsure
     acceleration, spread = moving.acceleration[k], moving.spread[k]
     if acceleration is not None and spread is not None:
-        mean, variance = _in_manoeuvres(acceleration, spread, mode, change, unsure)
+        mean, variance = _in_manoeuvres(acceleration[:, rows], spread[rows], mode, change, unsure)
     size, dimensions, r = np.sqrt((mean**2).sum(axis=0)), velocity.shape[0], what.threshold[k]
     quiet = exceeds(straight, noise / T**2, r, dimensions)
     return (1.0 - mode) * quiet + mode * exceeds(size, variance, r, dimensions)

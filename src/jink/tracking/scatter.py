@@ -47,24 +47,25 @@ def third_differences(
     if usual is None:
         usual = float(np.median(step[inside])) if inside.any() else 0.0
     fine = inside & (step > 0) & (step <= 3.0 * max(usual, 1e-9))
-    index = np.flatnonzero(fine[:-2] & fine[1:-1] & fine[2:])
-    blocks = [_differences(time, value, index[k : k + BLOCK]) for k in range(0, max(index.size, 1), BLOCK)]
-    return np.concatenate(blocks), index + 1
+    whole = fine[:-2] & fine[1:-1] & fine[2:]
+    blocks = [_differences(time, value, whole, k) for k in range(0, max(whole.size, 1), BLOCK)]
+    return np.concatenate(blocks), np.flatnonzero(whole) + 1
 
 
-def _differences(time: np.ndarray, value: np.ndarray, index: np.ndarray) -> np.ndarray:
-    """The combinations of four values from those at `index` on."""
-    t = [time[index + k] for k in range(4)]
-    weights = []
-    for i in range(4):
-        product = np.ones(index.size)
-        for j in range(4):
-            if j != i:
-                product = product * (t[i] - t[j])
-        weights.append(1.0 / product)
-    scale = np.sqrt(sum(w * w for w in weights))
-    shape = (-1,) + (1,) * (value.ndim - 1)
-    return np.asarray(sum((w / scale).reshape(shape) * value[index + k] for k, w in enumerate(weights)))
+def _differences(time: np.ndarray, value: np.ndarray, whole: np.ndarray, first: int) -> np.ndarray:
+    """The combinations of four successive values, of a block of the windows that are whole."""
+    use = whole[first : first + BLOCK]
+    end = first + use.size
+    a, b, c = (time[first + k + 1 : end + k + 1] - time[first + k : end + k] for k in range(3))
+    ab, bc = a + b, b + c
+    with np.errstate(divide="ignore", invalid="ignore"):
+        weights = [-1.0 / (a * ab * (a + bc)), 1.0 / (a * b * bc), -1.0 / (ab * b * c), 1.0 / ((a + bc) * bc * c)]
+        scale = np.sqrt(sum(w * w for w in weights))
+        weights = [w / scale for w in weights]
+    if value.ndim == 1:
+        return np.asarray(sum(w * value[first + k : end + k] for k, w in enumerate(weights)))[use]
+    columns = [sum(w * value[first + k : end + k, n] for k, w in enumerate(weights)) for n in range(value.shape[1])]
+    return np.stack([np.asarray(column)[use] for column in columns], axis=1)
 
 
 def component_sd(

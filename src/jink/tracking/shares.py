@@ -71,14 +71,17 @@ class Shares:
             self.known = Known.of(prepared, some=True)
         prepared.cleaned.rows = prepared.cleaned.rows.clear()
         groups = [replace(g, placed=replace(g.placed, rows=_needed(g.placed.rows))) for g in prepared.groups]
-        prepared.groups.clear()
+        parts = [(group.placed.axes, int(group.placed.new.sum())) for group in groups]
+        measurements.rows = measurements.rows.clear()
+        del prepared
         checked: list[pl.DataFrame] = []
         for table in self._in_order(groups, absolute):
             table = self._aligned(table)
             checked.append(slim(table))
             self.tally.add(table)
             yield table
-        self.tally.close(checked, groups, self.settings.kind)
+        groups.clear()  # the checks take as much memory again
+        self.tally.close(checked, parts, self.settings.kind)
 
     def reject(self, frames: Sequence[pl.DataFrame]) -> None:
         """Keep rows that are in no track."""

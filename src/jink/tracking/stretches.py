@@ -2,11 +2,13 @@
 
 A filter forgets where it began. So a stretch of a long part is run from some rows before it, as a track of its own
 beside the others of its piece; to be smoothed, it goes on to some rows after it. At every seam the two stretches that
-meet must have the same estimate, to `SAME` of its standard deviation. Where they have not, the overlap grows.
+meet must have the same estimate, to `SAME` of its standard deviation. Where they have not, the overlap grows. A filter
+that remembers more than `MOST` rows goes through the part row by row, and carries its state from piece to piece.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,9 +23,11 @@ from .placing import Placed
 
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
 STRETCHES = 16  # of one piece: the lanes of two packs
-OVERLAP, MOST = 512, 16_384  # rows, to begin with and at most; a filter that remembers more runs over the whole part
+OVERLAP, MOST = 512, 16_384  # rows, to begin with and at most
 SAME = 1e-11  # of a standard deviation, and of a probability
-ROUNDING = 8 * np.finfo(float).eps  # of a coordinate
+# Of a coordinate, at an overlap of `OVERLAP` rows. Errors of rounding are independent from row to row, so those of n
+# rows that a filter remembers add up to sqrt(n) of one; the overlap it needs is in proportion to n.
+ROUNDING = 8 * np.finfo(float).eps
 OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "status")
 
 
@@ -85,6 +89,8 @@ class Stretched:
         self.smooth, self.threads = smoothing is not None, threads
         self.overlap = OVERLAP
         self.end: dict[str, np.ndarray] | None = None  # the last row's estimate of the piece before, of the same part
+        self.carried: Carried | None = None
+        self.filter = filter
 
     def run(self, piece: Piece) -> Estimate:
         """The estimates of a piece's rows."""
@@ -116,32 +122,66 @@ class Stretched:
         low = np.maximum(bounds[:-1] - self.overlap, part.start)
         high = np.minimum(bounds[1:] + self.overlap, part.stop) if self.smooth else bounds[1:]
         if self.overlap > MOST:
-            stop = part.stop if self.smooth else rows.stop
-            whole = self._filtered(slice(part.start, stop), np.array([0, stop - part.start]))
-            return _rows_of(whole, np.arange(rows.start, rows.stop) - part.start)
+            return self._whole(rows, part) if self.smooth else self._carried(rows, part)
         offsets = np.r_[0, np.cumsum(high - low)]
         which = np.concatenate([np.arange(a, b) for a, b in zip(low, high, strict=True)])
         found = self._filtered(which, offsets)
         place = offsets[:-1] - low  # of a row in each stretch: its number and this
         seams = bounds[1:-1] - 1
-        if not _agree(found.results, place[:-1] + seams, found.results, place[1:] + seams):
+        rounding = ROUNDING * math.sqrt(self.overlap / OVERLAP)
+        if not _agree(found.results, place[:-1] + seams, found.results, place[1:] + seams, rounding):
             return None
-        if self.end is not None and not _agree(self.end, np.array([0]), found.results, place[:1] + rows.start - 1):
+        before = place[:1] + rows.start - 1
+        if self.end is not None and not _agree(self.end, np.array([0]), found.results, before, rounding):
             return None
         inner = [np.arange(a, b) + p for a, b, p in zip(bounds[:-1], bounds[1:], place, strict=True)]
         return _rows_of(found, np.concatenate(inner))
+
+    def _whole(self, rows: slice, part: slice) -> Estimate:
+        """The piece's estimates out of those of the whole part."""
+        whole = self._filtered(part, np.array([0, part.stop - part.start]))
+        return _rows_of(whole, np.arange(rows.start, rows.stop) - part.start)
+
+    def _carried(self, rows: slice, part: slice) -> Estimate:
+        """The piece's estimates by a filter that stands at its first row."""
+        if self.carried is None or self.carried.row != rows.start:
+            self.carried = Carried(self.filter, part.start)
+            for first in range(part.start, rows.start, CHUNK):
+                self.carried.run(self, slice(first, min(first + CHUNK, rows.start)))
+        return self.carried.run(self, rows)
+
+
+class Carried:
+    """A live filter that goes through a part; row: the next one."""
+
+    def __init__(self, filter: Any, row: int):
+        self.live, self.row = filter.start(1), row
+
+    def run(self, of: Stretched, rows: slice) -> Estimate:
+        """The estimates of the rows from `row` on."""
+        found = [self._next(of, row) for row in range(rows.start, rows.stop)]
+        self.row = rows.stop
+        return replace(
+            found[0], results={name: np.concatenate([each.results[name] for each in found]) for name in OUTPUTS}
+        )
+
+    def _next(self, of: Stretched, row: int) -> Estimate:
+        noise = None if of.covariance is None else of.covariance[row : row + 1]
+        return self.live.update(of.time[row], of.z[row : row + 1], covariance=noise)
 
 
 def _rows_of(estimate: Estimate, rows: np.ndarray) -> Estimate:
     return replace(estimate, results={name: value[rows] for name, value in estimate.results.items()}, source=None)
 
 
-def _agree(one: dict[str, np.ndarray], rows: np.ndarray, other: dict[str, np.ndarray], same: np.ndarray) -> bool:
-    """Whether some rows of one result are those of another; NaN is equal to NaN."""
+def _agree(
+    one: dict[str, np.ndarray], rows: np.ndarray, other: dict[str, np.ndarray], same: np.ndarray, rounding: float
+) -> bool:
+    """Whether some rows of one result are those of another; NaN is equal to NaN. rounding: of a coordinate."""
     x, y = one["x"][rows], other["x"][same]
     sd = np.sqrt(np.einsum("nii->ni", one["P"][rows]))
     # far from the origin, coordinates have fewer digits behind the point, and all that follows from them too
-    most = SAME + ROUNDING * np.max(np.abs(x) / sd, axis=1, initial=0.0)
+    most = SAME + rounding * np.max(np.abs(x) / sd, axis=1, initial=0.0)
     near = [
         np.abs(x - y) / sd,
         np.abs(one["P"][rows] - other["P"][same]) / (sd[:, :, None] * sd[:, None, :]),

@@ -20,6 +20,8 @@ CLEANED = {
     "missing_positions": "rows without a position, predicted",
     "without_position": "rows rejected because no position is near in time",
     "wrong_starts": "first positions rejected because the next contradict them",
+    "impossible_heights": "heights taken as missing: nothing climbs to them and back so fast",
+    "height_jumps": "jumps in height that nothing climbs: the heights on one side of each are wrong",
     "gaps": "gaps that begin a new part",
     "short_parts": "parts rejected as too short",
 }

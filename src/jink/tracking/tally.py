@@ -17,7 +17,7 @@ from ..io.measurements import Measurements
 from ..io.rejected import SCHEMA
 from .output import NisCounts
 from .plausibility import Seen, as_dicts, findings
-from .prepare import Group, Known, Settings
+from .prepare import Known, Settings
 from .summary import plain, reasons, words_for
 
 SLIM = ("target", "part", "time", "status", "speed", "acceleration_x", "acceleration_y", "measured_x", "measured_y")
@@ -50,16 +50,18 @@ class Tally:
         self.status.update(dict(table["status"].cast(pl.String).value_counts().iter_rows()))
         self.nis.add(table)
 
-    def close(self, tables: Sequence[pl.DataFrame], groups: Sequence[Group], kind: str) -> None:
-        """Count the targets of a share; tables: its tracks, as `slim` leaves them."""
+    def close(self, tables: list[pl.DataFrame], parts: Sequence[tuple[int, int]], kind: str) -> None:
+        """Count the targets of a share; tables: its tracks, as `slim` leaves them, which are taken; parts: how many of
+        2 and 3 axes, group by group.
+        """
         whole = pl.concat(tables)
+        tables.clear()
         self.seen.append(Seen.of(whole, kind))
         self.counts["targets"] += whole["target"].n_unique()
         self.ends += [whole["time"].min(), whole["time"].max()]
-        for group in groups:
-            parts = int(group.placed.new.sum())
-            self.counts["parts"] += parts
-            self.counts[f"axes {group.placed.axes}"] += parts
+        for axes, count in parts:
+            self.counts["parts"] += count
+            self.counts[f"axes {axes}"] += count
 
     def note(self, notes: Sequence[str]) -> None:
         """Notes of all shares; where several count the same, their sum."""
