@@ -114,6 +114,14 @@ def run_skies(size: Size) -> dict[str, Any]:
     return {"skies": results, "versions": versions}
 
 
+def run_doppler(size: Size) -> dict[str, Any]:
+    """The Optimized Kalman Filter's simulated radar: setting → filter → errors, training and time per update."""
+    from . import doppler
+
+    tiny = size is TINY
+    return doppler.measure(list(doppler.SETTINGS)[: 1 if tiny else None], 0, size.training)
+
+
 def run_fresh(size: Size) -> dict[str, Any]:
     """The first row with every output, where the results' memory comes fresh from the system each time."""
     from . import engine
@@ -221,6 +229,7 @@ def main(arguments: list[str] | None = None) -> int:
             "ratios",
             "peers",
             "skies",
+            "doppler",
             "fresh",
             "threads",
             "memory",
@@ -243,6 +252,7 @@ def main(arguments: list[str] | None = None) -> int:
             "ratios": run_ratios,
             "peers": run_peers,
             "skies": run_skies,
+            "doppler": run_doppler,
             "fresh": run_fresh,
             "threads": run_threads,
             "learning": run_learning,

@@ -17,7 +17,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from . import adaptive_targets, commands, gradients, learning, ratios, sky_race, stages, table, targets
+from . import adaptive_targets, commands, doppler, gradients, learning, ratios, sky_race, stages, table, targets
 
 ROOT = Path(__file__).resolve().parents[1]
 POOLS = (
@@ -35,6 +35,7 @@ TASKS = (
     "gradients",
     "peers",
     "skies",
+    "doppler",
     "fresh",
     "threads",
     "memory",
@@ -60,6 +61,7 @@ def measure(chosen: tuple[str, ...], quick: bool) -> dict[str, Any]:
         "gradients": lambda: {"gradients": _attempt("gradients", size, **KEPT)},
         "peers": lambda: {"peers": _attempt("peers", size, **KEPT)},
         "skies": lambda: {"skies": _attempt("skies", size)},
+        "doppler": lambda: {"doppler": _attempt("doppler", size)},
         "fresh": lambda: {"fresh": _attempt("fresh", size)},
         "threads": lambda: {"threads": _attempt("threads", size, **KEPT)},
         "memory": lambda: {
@@ -122,6 +124,8 @@ def main(arguments: list[str] | None = None) -> int:
     body = [*table.target_table(rows), "", "### Peers", "", *table.peer_table(results.get("peers", {}))]
     if "skies" in results.get("skies", {}):
         body += ["", "### Many targets", "", *sky_race.table_of(**results["skies"])]
+    if "doppler" in results:
+        body += ["", "### Doppler radar of the Optimized Kalman Filter", "", *doppler.table_of(results["doppler"])]
     text = table.part(facts, size, body, rows)
     print(text)
     output = options.output

@@ -111,6 +111,8 @@ HOW = """\
 - Threads are timed by the wall clock; of 40 rounds the quicker half counts, the one other processes disturb less.
 - Trackers of many targets get the same plots, the sensor's true figures and 60 s of processor time on each sky. What a
   library did in that time is compared with jink on the same scans. Positions are compared by GOSPA.
+- The Doppler radar of the Optimized Kalman Filter is simulated anew by its published settings; see `doppler.py`. Errors
+  count from the third scan on; standard errors are paired by target. OKF's time per update is the package's own.
 - Trainings run alone on all cores, the quickest of three rounds; what counts is processor time, which other work on the
   machine does not add to and the wall clock on two idle cores does not exceed.
 - Ratios are of calls side by side in one process on one core, with memory as the system gives it; the stages of

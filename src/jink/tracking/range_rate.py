@@ -82,23 +82,29 @@ def _scatter(placed: Placed, rate: np.ndarray) -> float | None:
 
 
 def _appended(placed: Placed, level: NoiseLevel, rate: np.ndarray, sd: float) -> tuple[Placed, NoiseLevel]:
-    """A radar's measurements with their range rate.
+    """A radar's measurements with their range rate."""
+    joined = replace(placed, z=np.column_stack([placed.z, rate]), components=(*placed.components, "range_rate"))
+    angles = [column for column, name in enumerate(placed.components) if name in ("azimuth", "elevation")]
+    angle = np.sqrt(level.covariance[:, angles].sum(axis=1))
+    lengths = np.diff(placed.offsets)
+    step = float(np.median(np.diff(placed.time)[~placed.new[1:]])) if len(rate) > lengths.size else 1.0
+    variance = rate_variance(placed.z[:, 0], placed.time, placed.offsets, angle, sd, step)
+    covariance = np.column_stack([level.covariance, variance])
+    return joined, NoiseLevel(covariance, level.typical | {"range_rate": sd}, level.sources)
+
+
+def rate_variance(
+    distance: np.ndarray, time: np.ndarray, offsets: np.ndarray, angle: np.ndarray, sd: float, step: float
+) -> np.ndarray:
+    """Variance (m²/s²) of each row's range rate, for a filter that linearises; angle (rad): sd of the line of sight.
 
     A range rate tells the velocity along the line of sight, whose direction is known to the angle's sd. While the
     velocity across it is not known, that makes an error of sd times velocity, which no linearisation shows: it is
     added to the variance. After n rows in t seconds the velocity's sd is about √(12/n) · range · angle's sd / t.
     """
-    joined = replace(placed, z=np.column_stack([placed.z, rate]), components=(*placed.components, "range_rate"))
-    angles = [column for column, name in enumerate(placed.components) if name in ("azimuth", "elevation")]
-    angle = np.sqrt(level.covariance[:, angles].sum(axis=1))
-    lengths = np.diff(placed.offsets)
-    first = np.repeat(placed.offsets[:-1], lengths)
-    count = np.arange(len(rate)) - first + 1.0
-    step = float(np.median(np.diff(placed.time)[~placed.new[1:]])) if len(rate) > lengths.size else 1.0
-    unknown = np.sqrt(12.0 / count) * np.nan_to_num(placed.z[:, 0]) * angle / np.maximum(placed.time, max(step, 1e-3))
-    variance = sd**2 + (CAUTIOUS * angle * np.minimum(unknown, UNKNOWN_SPEED)) ** 2
-    covariance = np.column_stack([level.covariance, variance])
-    return joined, NoiseLevel(covariance, level.typical | {"range_rate": sd}, level.sources)
+    count = np.arange(len(time)) - np.repeat(offsets[:-1], np.diff(offsets)) + 1.0
+    unknown = np.sqrt(12.0 / count) * np.nan_to_num(distance) * angle / np.maximum(time, max(step, 1e-3))
+    return sd**2 + (CAUTIOUS * angle * np.minimum(unknown, UNKNOWN_SPEED)) ** 2
 
 
 def as_measured(placed: Placed, level: NoiseLevel) -> tuple[Placed, NoiseLevel]:
