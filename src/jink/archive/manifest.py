@@ -19,7 +19,7 @@ from .folder import MANIFEST, PLAN
 from .job import versions
 from .store import WORK, Store
 
-FORMAT = 1
+FORMAT = 2
 OURS = re.compile(rf"^({re.escape(WORK)}/.*|bucket=\d+/part\.parquet)$")
 ENDS = 1 << 16  # bytes at the beginning, in the middle and at the end of a file that tell it from others
 
