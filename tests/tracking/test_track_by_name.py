@@ -19,7 +19,10 @@ FLIGHTS = Path(__file__).parents[2] / "examples" / "flights.parquet"
 SURE = dict.fromkeys(
     ["imm-cv-ct", "variable-dimension"], 0.15
 )  # its straight mode takes some onsets for outliers: up to this share
-UNFIT = {"nnvsmm": "its network was trained on two axes; the sensor has 3"}
+UNFIT = {
+    "nnvsmm": "its network was trained on two axes; the sensor has 3",
+    "imm-corrected": "its correction was trained for fighter; the kind of target is aircraft",
+}
 
 
 @pytest.fixture(scope="module")

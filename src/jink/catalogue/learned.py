@@ -118,7 +118,7 @@ def imm_corrected(purpose: Purpose) -> Named:
     if purpose.axes < 2:
         raise Unfit("its correction is in the plane; the sensor measures one axis")
     if purpose.kind not in CORRECTED:
-        raise Unfit(f"its correction was trained for {' and '.join(CORRECTED)}; the target is a {purpose.kind}")
+        raise Unfit(f"its correction was trained for {' and '.join(CORRECTED)}; the kind of target is {purpose.kind}")
     base, corrector = imm(purpose), shipped(f"corrector-{purpose.kind}").corrector
     return Named(
         filter=Corrected(base.filter, corrector),

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..checks import positive
+from ..checks import numbers, positive
 from .provenance import Trained
 
 ODD = 6  # inputs that change sign when the plane is mirrored along the course
@@ -53,9 +53,11 @@ class PlaneCorrector:
     LAYERS: ClassVar[tuple[str, ...]] = ("even", "odd", "bias", "along", "along_bias", "across")
 
     def __post_init__(self) -> None:
-        inputs, hidden = len(self.low), len(self.bias)
+        ranges = ("low", "high", "centre", "scale")
+        given = {name: numbers(f"PlaneCorrector.{name}", getattr(self, name)) for name in (*ranges, *self.LAYERS)}
+        inputs, hidden = given["low"].size, given["bias"].size
         shapes = {
-            **dict.fromkeys(("low", "high", "centre", "scale"), (inputs,)),
+            **dict.fromkeys(ranges, (inputs,)),
             "even": (hidden, inputs - ODD),
             "odd": (hidden, ODD),
             "bias": (hidden,),
@@ -63,10 +65,12 @@ class PlaneCorrector:
             "along_bias": (ANSWERS[0],),
             "across": (ANSWERS[1], hidden),
         }
-        if not hidden or inputs <= ODD:
-            raise ValueError(f"PlaneCorrector: expected more than {ODD} inputs and a hidden layer")
+        if inputs <= ODD:
+            raise ValueError(f"PlaneCorrector.low: expected more than {ODD} numbers, one per input, got {inputs}")
+        if not hidden:
+            raise ValueError("PlaneCorrector.bias: expected one number for each unit of a hidden layer, got none")
         for name, shape in shapes.items():
-            values = np.asarray(getattr(self, name), dtype=float)
+            values = given[name]
             if values.shape != shape or not np.isfinite(values).all():
                 raise ValueError(f"PlaneCorrector.{name}: expected finite numbers of shape {shape}, got {values.shape}")
             object.__setattr__(self, name, values.tolist())
@@ -76,7 +80,7 @@ class PlaneCorrector:
             raise ValueError("PlaneCorrector.scale: expected positive numbers")
         positive("PlaneCorrector.fade", self.fade)
         positive("PlaneCorrector.trust", self.trust)
-        if not 0 < self.memory <= 1:
+        if positive("PlaneCorrector.memory", self.memory) > 1:
             raise ValueError(f"PlaneCorrector.memory: expected more than 0 and at most 1, got {self.memory!r}")
 
     @property
