@@ -45,7 +45,8 @@ function drawGraticule(ctx, plan) {
 // A distance in metres in the large unit, or in metres when the step is small.
 function formatLength(metres, step, system) {
   const [unit, factor] = unitOf(step * unitOf("distance", system)[1] < 0.1 ? "length" : "distance", system);
-  const decimals = decimalsOf(step * factor);
+  // three digits of the step at most: one that is not round has no end
+  const decimals = Math.min(decimalsOf(step * factor), Math.max(0, 2 - Math.floor(Math.log10(step * factor))));
   return `${formatFixed(metres * factor, decimals)} ${unit}`;
 }
 
