@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from typer.testing import CliRunner
+import shell
 
-from jink.cli.main import app
 from jink.io.files import open_table
 
 FLIGHTS = Path(__file__).parents[2] / "examples" / "flights.parquet"
@@ -21,10 +20,7 @@ TEXT_ENVIRONMENT = os.environ | {"COLUMNS": "200", "NO_COLOR": "1"}
 
 def run(*arguments: object) -> tuple[int, str, str]:
     """Exit status, standard output and standard error of `jink track` with these arguments."""
-    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, ["track", *map(str, arguments)])
-    if result.exception and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
+    return shell.run("track", *arguments)
 
 
 def piped(*arguments: str, stdin: bytes) -> subprocess.CompletedProcess:

@@ -6,21 +6,12 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from typer.testing import CliRunner
-
-from jink.cli.main import app
+from shell import run
 
 PERIOD, SD = 4.0, 50.0
 # across the cut of a turn clockwise, across it anticlockwise, and far from it
 PLACE = np.array([[-6e3, 20e3], [6e3, 30e3], [-15e3, -20e3]])
 VELOCITY = np.array([[200.0, 0.0], [-220.0, 10.0], [150.0, 100.0]])
-
-
-def run(*arguments: object) -> tuple[int, str, str]:
-    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, [str(a) for a in arguments])
-    if result.exception and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 @pytest.fixture(scope="module")

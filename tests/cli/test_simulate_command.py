@@ -7,18 +7,14 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from typer.testing import CliRunner
+import shell
 
-from jink.cli.main import app
 from jink.scenarios import SCENARIOS
 from jink.scenarios.table import simulation_table
 
 
 def run(*arguments: object) -> tuple[int, str, str]:
-    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, ["simulate", *map(str, arguments)])
-    if result.exception and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
+    return shell.run("simulate", *arguments)
 
 
 def test_measurements_and_truth_in_one_table(tmp_path):

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .short_geodesics import geod, geodesics_ahead, geodesics_between, wrapped
+from .short_geodesics import EQUATOR, FLATTENING, geod, geodesics_ahead, geodesics_between, wrapped
 
-EQUATOR, ECCENTRICITY2 = 6_378_137.0, 6.69437999014e-3  # of WGS84: half the axis in m, eccentricity squared
+ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)  # of WGS84: eccentricity squared
 EXCURSION = 1e5  # m: a lone position this far out and back hangs beside the chain of legs instead of carrying it
 
 
