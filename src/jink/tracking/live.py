@@ -25,9 +25,9 @@ from ..io.writing import plain_times
 from .cleaning import measured_rows
 from .ground import least_heights
 from .live_lagged import OUTPUTS as LAGGED
-from .live_lagged import lagged_table, scans_of
+from .live_lagged import Delayed, lagged_table, scans_of
 from .live_lines import Lines
-from .live_manoeuvres import columns
+from .live_manoeuvres import Past, columns
 from .live_order import Order, Waiting, tomorrow
 from .live_targets import OUTPUTS, Answered, Entry, Followed, Pool, answer_entries
 from .manoeuvring import Manoeuvres
@@ -162,6 +162,9 @@ class LiveTracks:
                 return "no position yet" if target is None else "no position for longer than the gap"
             target = self._begin(name, now, target, _finite(row[third]) if third else False, position, third)
         assert target is not None
+        high = measured and third is not None and _finite(row[third])
+        if high and target.axes == 2 and self._axes() != 2:
+            self._in_space(target, position, third)
         here = (row["latitude"], row["longitude"]) if position == "geographic" and measured else None
         z = _measurement(row, position, third, target.axes)
         if position == "polar" and target.axes == 2 and not (height := self._height()).is_ground:
@@ -228,6 +231,15 @@ class LiveTracks:
             target.pool, target.slot = pool, pool.take()
             self.active[name] = target
             self._wait(Entry(target, name, pool, target.slot, 0.0, target.first, 0, 0, silent=True))
+
+    def _in_space(self, target: Followed, position: str, third: str | None) -> None:
+        """The first height of a target that was followed in the plane: its filter begins again, with three axes."""
+        if target.slot is not None:
+            self._leaving.append((target.pool, target.slot))
+        self._flush()
+        target.axes, target.pool = 3, self._pool(3, position, third)
+        target.slot = target.pool.take()
+        target.past, target.delayed = Past(segments=target.past.segments), Delayed()
 
     def _wait(self, entry: Entry) -> None:
         entry.target.waiting += 1
@@ -313,7 +325,7 @@ class LiveTracks:
             usual = _usual(given, self.settings.kind)
             filter = choose(components, usual, pace, self.settings)[1]
             what = Manoeuvres.of(filter, self.settings.kind, self.settings.manoeuvre_g)
-            self.pools[axes, pace] = Pool(filter, what, self.apart, scans_of(self.settings.lag))
+            self.pools[axes, pace] = Pool(filter, what, axes, self.apart, scans_of(self.settings.lag))
             note = "measurement noise cannot be estimated from a stream: the usual value is taken; --sensor-sd sets it"
             if not given and self.settings.filter is None:
                 self._say(note)
@@ -324,7 +336,7 @@ class LiveTracks:
         answered, self._answered = self._answered, []
         tables = []
         for axes in (2, 3):
-            some = [each for each in answered if each.entries[0].target.axes == axes]
+            some = [each for each in answered if each.entries[0].pool.axes == axes]
             if some:
                 tables.append(self._table(rows, some, axes, measurements, third))
         if not tables:
@@ -348,7 +360,7 @@ class LiveTracks:
         lagged = lagged_table(
             _joined(late, LAGGED),
             [entry.behind for entry in entries],
-            [entry.target.delayed for entry in entries],
+            [entry.delayed for entry in entries],
             axes=axes,
             site=self.settings.site,
             absolute=measurements.absolute,

@@ -24,8 +24,8 @@ Anchor = tuple[float, float, float, float, float]  # x, y, latitude, longitude, 
 class Pool:
     """Live filters of all targets that one filter follows; each has a slot."""
 
-    def __init__(self, filter: Any, manoeuvres: Manoeuvres, apart: bool = False, lag: int = 0) -> None:
-        self.filter, self.manoeuvres = filter, manoeuvres
+    def __init__(self, filter: Any, manoeuvres: Manoeuvres, axes: int, apart: bool = False, lag: int = 0) -> None:
+        self.filter, self.manoeuvres, self.axes = filter, manoeuvres, axes
         self.laggards = Laggards(filter, lag) if lag else None
         try:
             self.slots = None if apart else filter.slots()
@@ -115,6 +115,7 @@ class Entry:
     anchor: Anchor | None = None
     told: ToldLive | None = None
     behind: Behind | None = None
+    delayed: Delayed = field(default_factory=Delayed)
 
 
 @dataclass(frozen=True)
@@ -187,4 +188,4 @@ def _remember(entries: list[Entry], estimate: Estimate, pool: Pool) -> None:
             target.speed = speeds[k]
             if pool.laggards is not None:
                 now = Behind(entry.time, target.began + entry.time, entry.row, entry.anchor, status[k])
-                entry.behind = target.delayed.after(now, pool.laggards.scans)
+                entry.delayed, entry.behind = target.delayed, target.delayed.after(now, pool.laggards.scans)
