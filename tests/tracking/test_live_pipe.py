@@ -126,6 +126,18 @@ def test_a_position_that_repeats_is_known_within_a_block():
     np.testing.assert_array_equal([row["x"] for row in together], [row["x"] for row in single])
 
 
+@pytest.mark.parametrize("times", [2, 3, 5])
+@pytest.mark.parametrize("geographic", [False, True])
+def test_positions_that_are_said_several_times_do_not_stop_a_target(times, geographic):
+    """A filter that begins with one position twice takes the target for one at rest."""
+    live, rows = LiveTracks(Reading(), Settings(sensor_sd={"position": 2.0})), []
+    for k in range(60):
+        x = 800.0 * (k // times * times)
+        said = {"lat": 0.0, "lon": x / 111_319.49} if geographic else {"x": x, "y": 0.0}
+        rows += objects(live.take([json.dumps({"id": "a", "time": 4.0 * k, **said}).encode()])[0])
+    assert all(abs(row["speed"] - 200.0) < 5 for row in rows[5 * times :])
+
+
 def test_a_future_stamp_at_the_first_sight_of_a_target_costs_itself():
     live = stream()
     first = 1.7e9

@@ -22,7 +22,7 @@ from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
 from ..io.measurements import Measurements
 from ..io.writing import plain_times
-from .cleaning import measured_rows
+from .cleaning import STALE_SPEED, STALE_SPEED_AT_END, distances, measured_rows
 from .ground import least_heights
 from .live_lagged import OUTPUTS as LAGGED
 from .live_lagged import Delayed, lagged_table, scans_of
@@ -37,7 +37,6 @@ from .placing import Placed, lay
 from .prepare import Pace, Settings, choose
 from .unknown_height import TargetHeight, height_of, on_the_ground
 
-STALE_SPEED = 5.0  # m/s: estimated speed above which a repeated position is an old one
 STEPS = 64  # times between two rows of a target that tell the usual one
 LATEST = 64  # rows whose median time is the stream's clock
 BACKWARDS = "time runs backwards"
@@ -203,15 +202,21 @@ class LiveTracks:
         return new
 
     def _stale(self, row: dict[str, Any], position: str, target: Followed) -> bool:
-        """The same position again while the target moves by its estimate and does not rest by its report."""
+        """The same position again while the target moves and does not rest by its report.
+
+        It moves by its estimate, or by its last two places: a filter that begins with one position twice does not.
+        """
         first, second = PLANE[position]
         place = (row[first], row[second])
-        same, target.place = place == target.place, place
-        if not same or (_finite(row["speed"]) and row["speed"] <= 0.5):
+        if place != target.place:
+            target.left, target.place = (target.place, row["time"] - target.since), place
+            target.since = row["time"]
+            return False
+        if _finite(row["speed"]) and row["speed"] <= STALE_SPEED:
             return False
         if target.waiting:
             self._flush()
-        return target.speed > STALE_SPEED
+        return target.speed > STALE_SPEED_AT_END or _pace(target, position) > STALE_SPEED_AT_END
 
     def _tell_pace(self, step: float) -> None:
         """A time between two rows of a target; the first is believed, further ones that are gaps are none."""
@@ -418,6 +423,15 @@ def _rows_of(rows: pl.DataFrame, entries: list[Entry]) -> pl.DataFrame:
 
 def _usual(given: dict[str, float], kind: str) -> dict[str, float]:
     return USUAL_POLAR_SD | {"position": KINDS[kind].position_sd, "altitude": given.get("z", USUAL_ALTITUDE_SD)} | given
+
+
+def _pace(target: Followed, position: str) -> float:
+    """m/s between the last two places of a target; 0 where there is one."""
+    place, seconds = target.left
+    if not place or not seconds > 0:
+        return 0.0
+    first, second = np.array([place, target.place]).T
+    return float(distances(first, second, position)[0]) / seconds
 
 
 def _finite(value: float | None) -> bool:

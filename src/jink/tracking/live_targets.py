@@ -66,7 +66,8 @@ class Followed:
     """One target: where its filter is, the place its frame has got to, and what it was last told.
 
     slot: of its pool, None after it was not seen for longer than the gap. fresh: whether it was seen since the targets
-    were last looked through; heard: the stream's clock then, or when it last was.
+    were last looked through; heard: the stream's clock then, or when it last was. place: the position last reported,
+    since when (s); left: the one before, and for how long it was reported (s).
     """
 
     pool: Pool
@@ -82,6 +83,8 @@ class Followed:
     rows: int = 0
     waiting: int = 0  # rows that the filter has not seen yet
     place: tuple[float, ...] = ()
+    since: float = 0.0
+    left: tuple[tuple[float, ...], float] = ((), 0.0)
     where: tuple[float, float] | None = None  # latitude and longitude last seen
     anchor: Anchor | None = None
     speed: float = 0.0

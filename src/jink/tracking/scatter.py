@@ -48,7 +48,7 @@ def third_differences(
     if usual is None:
         usual = float(np.median(step[inside])) if inside.any() else 0.0
     fine = inside & (step > 0) & (step <= 3.0 * max(usual, 1e-9))
-    changed = (np.abs(np.diff(value.reshape(count, -1), axis=0)) > ROUNDING).any(axis=1)
+    changed = np.abs(np.diff(value.reshape(count, -1), axis=0)).max(axis=1) > ROUNDING
     whole = fine[:-2] & fine[1:-1] & fine[2:] & (changed[:-2] | changed[1:-1] | changed[2:])
     blocks = [_differences(time, value, whole, k) for k in range(0, max(whole.size, 1), BLOCK)]
     return np.concatenate(blocks), np.flatnonzero(whole) + 1
