@@ -68,8 +68,9 @@ def test_a_climb_that_no_height_shows_is_within_three_sds(smooth, missing):
     assert (tracks["z_sd"].to_numpy()[missing] > 7.0).all()
 
 
-def test_streams_say_the_same_sds_as_files():
-    data = climbing(heights=slice(50, 75)).drop("truth")
+@pytest.mark.parametrize("missing", [slice(50, 75), slice(50, 120, 2)])
+def test_streams_say_the_same_sds_as_files(missing):
+    data = climbing(heights=missing).drop("truth")
     whole = jink.track(data, sensor_sd={"position": 10.0, "z": 7.0}, lag="2")
     filtered = jink.track(data, sensor_sd={"position": 10.0, "z": 7.0})
     live = LiveTracks(Reading(), Settings(sensor_sd={"position": 10.0, "z": 7.0}, lag=Lag.of("2")))

@@ -328,7 +328,7 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
     if settings.every is not None:
         grid = resampled(placed, covariance, settings.every)
         placed, covariance, even = grid.placed, grid.covariance, grid.even
-    placed = with_doubt(placed, kind_of(settings.kind).climbs, settings.smooth)
+    placed = with_doubt(placed, kind_of(settings.kind).climbs, settings.smooth, settings.lag)
     stretched = Stretched(group.filter, placed, covariance, settings.smoothing, settings.threads)
     what = Manoeuvres.of(group.filter, settings.kind, settings.manoeuvre_g, centred=settings.smooth)
     going_on = ManoeuvresGoOn(what)

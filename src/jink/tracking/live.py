@@ -361,7 +361,7 @@ class LiveTracks:
         part = pl.Series("part", [entry.target.part for entry in entries], dtype=pl.Int32)
         z = np.array([entry.z for entry in entries])
         placed = self._placed(_rows_of(rows, entries).with_columns(part), z, entries, axes, measurements, third)
-        placed = with_unseen(placed, [entry.unseen for entry in entries], KINDS[self.settings.kind].climbs)
+        placed = with_unseen(placed, [(entry.unseen, math.inf) for entry in entries], KINDS[self.settings.kind].climbs)
         manoeuvres = columns([entry.told for entry in entries if entry.told is not None])
         table = tracks_table(placed, estimate, measurements.absolute, manoeuvres, self._lowest(placed))
         late = [each.lagged for each in some if each.lagged is not None]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -28,7 +29,7 @@ OUTPUTS = ("x", "P", "mode_probability")
 
 class Behind(NamedTuple):
     """A row that has been: since its part began (s), its time, number and place of its frame, what became of it, and
-    for how long no height was measured (s).
+    how far off measured heights before and after it are (s).
     """
 
     since: float
@@ -36,7 +37,7 @@ class Behind(NamedTuple):
     row: int
     anchor: tuple[float, ...] | None
     status: int
-    unseen: float = 0.0
+    unseen: tuple[float, float] = (0.0, math.inf)
 
 
 @dataclass(slots=True)
@@ -51,7 +52,11 @@ class Delayed:
         self.rows.append(now)
         if len(self.rows) > scans + 1:
             self.rows.popleft()
-        return self.rows[0] if len(self.rows) == scans + 1 else None
+        if len(self.rows) <= scans:
+            return None
+        then = self.rows[0]
+        again = next((row.time for row in self.rows if not row.unseen[0]), math.inf)
+        return then if not then.unseen[0] else then._replace(unseen=(then.unseen[0], again - then.time))
 
 
 @dataclass(frozen=True)

@@ -194,5 +194,7 @@ def _remember(entries: list[Entry], estimate: Estimate, pool: Pool) -> None:
         if not entry.silent:
             target.speed = speeds[k]
             if pool.laggards is not None:
-                now = Behind(entry.time, target.began + entry.time, entry.row, entry.anchor, status[k], entry.unseen)
+                now = Behind(
+                    entry.time, target.began + entry.time, entry.row, entry.anchor, status[k], (entry.unseen, math.inf)
+                )
                 entry.delayed, entry.behind = target.delayed, target.delayed.after(now, pool.laggards.scans)

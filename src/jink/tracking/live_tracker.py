@@ -183,7 +183,7 @@ class LiveTracker:
         first = np.array([True])
         plane, height = nothing[:, :2], np.array([math.nan])
         placed = Placed(rows, np.zeros(1), nothing, plane, height, first, target.axes, names, frame)
-        placed = with_unseen(placed, [at - target.vertical], KINDS[self._tracks.settings.kind].climbs)
+        placed = with_unseen(placed, [(at - target.vertical, math.inf)], KINDS[self._tracks.settings.kind].climbs)
         manoeuvres = told(estimate, np.zeros(1), first, target.pool.manoeuvres)
         table = tracks_table(placed, estimate, bool(self._tracks.lines.absolute), manoeuvres)
         measured = [column for column in table.columns if column.startswith(("measured_", "nis"))]

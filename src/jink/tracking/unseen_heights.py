@@ -19,30 +19,39 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 
+from .lag import Lag
 from .placing import Placed
 
 HEIGHT, CLIMB = "unseen_height_variance", "unseen_climb_variance"  # columns, m² and m²/s²
 
 
-def with_doubt(placed: Placed, climbs: tuple[float, float], both_ways: bool) -> Placed:
-    """Rows of three axes with the variances that their estimates gain; both_ways: what came later is known as well."""
+def with_doubt(placed: Placed, climbs: tuple[float, float], smooth: bool, lag: Lag | None = None) -> Placed:
+    """Rows of three axes with the variances that their estimates gain.
+
+    smooth: what came later is known as well; lag: what came so much later.
+    """
     if placed.axes < 3:
         return placed
     vertical = [2, *(k for k, name in enumerate(placed.components) if name == "vz")]
     seen = np.asarray(np.isfinite(placed.z[:, vertical]).any(axis=1))
     if seen.all():
         return placed
-    before, after = _apart(placed, seen)
-    if not both_ways:
-        after = np.where(np.isfinite(before), np.inf, after)
+    before, after, rows = _apart(placed, seen)
+    if not smooth:
+        known = np.zeros(seen.size, bool)
+        if lag is not None:
+            known = rows <= lag.scans if lag.scans is not None else after <= lag.seconds
+        # a part without a height before begins with the first one that comes
+        after = np.where(known | np.isinf(before), after, np.inf)
     return _with(placed, *variances(before, after, climbs))
 
 
-def with_unseen(placed: Placed, before: Sequence[float], climbs: tuple[float, float]) -> Placed:
-    """The same of rows whose last measurement was so many seconds before, and whose next one is not known."""
-    if placed.axes < 3 or not any(before):
+def with_unseen(placed: Placed, unseen: Sequence[tuple[float, float]], climbs: tuple[float, float]) -> Placed:
+    """The same of rows whose measurements before and after are so many seconds away, infinite: not known."""
+    if placed.axes < 3 or not any(before for before, _ in unseen):
         return placed
-    return _with(placed, *variances(np.array(before), np.full(len(before), np.inf), climbs))
+    before, after = np.array(unseen).T
+    return _with(placed, *variances(before, after, climbs))
 
 
 def _with(placed: Placed, height: np.ndarray, climb: np.ndarray) -> Placed:
@@ -66,8 +75,8 @@ def variances(before: np.ndarray, after: np.ndarray, climbs: tuple[float, float]
     return np.where(some, np.minimum(over * rate, (sd * near) ** 2), 0.0), of_rate
 
 
-def _apart(placed: Placed, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Seconds from the last row of the part that was seen and to the next one, infinite where there is none."""
+def _apart(placed: Placed, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Seconds from the last row of the part that was seen, seconds and rows to the next one; infinite where none is."""
     rows = np.arange(seen.size)
     offsets = placed.offsets
     lengths = np.diff(offsets)
@@ -76,4 +85,9 @@ def _apart(placed: Placed, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     later = np.minimum.accumulate(np.where(seen, rows, seen.size)[::-1])[::-1]
     before = placed.time - placed.time[np.maximum(earlier, 0)]
     after = placed.time[np.minimum(later, seen.size - 1)] - placed.time
-    return np.where(earlier >= first, before, np.inf), np.where(later <= last, after, np.inf)
+    none = later > last
+    return (
+        np.where(earlier >= first, before, np.inf),
+        np.where(none, np.inf, after),
+        np.where(none, np.inf, later - rows),
+    )
