@@ -217,3 +217,11 @@ def test_a_folder_that_is_not_complete_is_not_read(tmp_path, hours):
     (tmp_path / "tracks/.jink/manifest.json").unlink()
     done = CliRunner().invoke(app, ["compare", f"{tmp_path}/tracks/", "--filters", "kalman-cv,imm"])
     assert done.exit_code == 2 and "is not complete" in done.output
+
+
+def test_run_again_a_complete_folder_keeps_every_file_and_folder(tmp_path, hours):
+    track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
+    first = sorted((tmp_path / "tracks").rglob("*"))
+    assert not any(path.name == "spare" for path in first)
+    track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
+    assert sorted((tmp_path / "tracks").rglob("*")) == first

@@ -90,10 +90,10 @@ def track_archive(
         done = _reduce(job, settled, said, workers, say)
         summary = _summary(job, settled, said, done)
         rejected = _write_rejected(job, said, done)
-        store.sweep()
         summary |= {"buckets": plan.buckets, "settled": settled.words, "seconds": clock.perf_counter() - began}
         written = [where, *rejected]
         finish(store, _manifest(plan, said, done, summary) | {"written": written})
+        store.sweep()
     return summary, written
 
 
