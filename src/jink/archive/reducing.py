@@ -53,19 +53,28 @@ def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place
 def _tables(job: Job, settled: Settled, where: Sequence[Place], shares: Shares) -> Iterator[pl.DataFrame]:
     """The tracks of a bucket by target; of a large one, only some targets are in memory at a time."""
     for between in shares_of(job.store, where, job.piece):
-        rows = gather(job.store, settled.kind, where, between)
-        shares.tally.rows += rows.height
-        for some in whole_targets(rows, PART):
-            yield from shares.tables(settled.kind.measurements(some))
+        for some in whole_targets(gather(job.store, settled.kind, where, between), PART):
+            shares.tally.rows += some.height
+            if some.height > PART:
+                # a busy target needs larger pieces than those that were kept
+                memory.give_back()
+            measured = settled.kind.measurements(some)
+            # a part of one busy target is let go as soon as it is cleaned
+            del some
+            yield from shares.tables(measured)
 
 
 def whole_targets(rows: pl.DataFrame, most: int) -> Iterator[pl.DataFrame]:
     """Parts of at most so many rows, or of one target, by the targets' names; rows of a target keep their order."""
-    ordered = rows.sort("target", maintain_order=True)
-    sizes = ordered["target"].rle().struct.field("len").to_numpy()
+    rows = rows.sort("target", maintain_order=True)
+    sizes = rows["target"].rle().struct.field("len").to_numpy()
     starts = np.r_[0, np.cumsum(sizes)]
     for first, end in packed(sizes, most):
-        yield ordered.slice(starts[first], starts[end] - starts[first])
+        size = starts[end] - starts[first]
+        # who takes a part holds it alone, so that its memory ends with it; an empty slice would hold it too
+        held = [rows.head(size)]
+        rows = rows.slice(size) if end < sizes.size else rows.clear()
+        yield held.pop()
 
 
 def grounds_of(settled: Settled) -> str:
