@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import time as clock
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +21,7 @@ from ..tracking.large import FIXED, PER_ROW
 from ..tracking.prepare import Settings
 from ..tracking.tally import Tally
 from . import job as names
+from .access import locked, made, room
 from .errors import Stopped
 from .folder import MANIFEST
 from .gathering import check_same, places
@@ -76,8 +75,8 @@ def track_archive(
     """
     began = clock.perf_counter()
     store = Store(where.rstrip("/"))
-    _make_folder(store)
-    with _locked(store), _room(store):
+    made(store)
+    with locked(store), room(store):
         plan, complete = _planned(store, inputs, reading, settings, how)
         if complete is not None:
             return complete["summary"], complete["written"]
@@ -289,49 +288,3 @@ def _manifest(plan: Plan, said: list[dict[str, Any]], done: list[dict[str, Any]]
         "settled": summary["settled"],
         "summary": summary,
     }
-
-
-def _make_folder(store: Store) -> None:
-    """Errors: Stopped where it cannot be made."""
-    if not store.local:
-        return
-    folder = store.path("")
-    if not folder.parent.is_dir():
-        raise Stopped(f"the output {folder} cannot be written: there is no directory {folder.parent}")
-    if folder.exists() and not folder.is_dir():
-        raise Stopped(f"the output {folder} is a file; give the name of a folder")
-    folder.mkdir(exist_ok=True)
-
-
-@contextmanager
-def _locked(store: Store) -> Iterator[None]:
-    """One run at a time in a folder. Errors: Stopped."""
-    try:
-        import fcntl
-    except ImportError:
-        yield
-        return
-    if not store.local:
-        yield
-        return
-    handle = os.open(store.path(""), os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        yield
-    except BlockingIOError:
-        raise Stopped(f"another run writes to {store.where}") from None
-    finally:
-        os.close(handle)
-
-
-@contextmanager
-def _room(store: Store) -> Iterator[None]:
-    """A disk that is full is said as such. Errors: OSError."""
-    try:
-        yield
-    except (OSError, pl.exceptions.PolarsError) as error:
-        full = getattr(error, "errno", None) == errno.ENOSPC or f"os error {errno.ENOSPC}" in str(error)
-        if not full:
-            raise
-        words = "the disk is full; make room and run the same command again, it goes on from here"
-        raise OSError(errno.ENOSPC, words, store.where) from None
