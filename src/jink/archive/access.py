@@ -23,6 +23,10 @@ if hasattr(errno, "EDQUOT"):
 def made(store: Store) -> None:
     """Make the folder. Errors: Stopped where it cannot be made."""
     if not store.local:
+        if "/" not in store.where.partition("?")[0].partition("://")[2]:
+            raise Stopped(
+                f"the output {store.where} is a whole store; give a folder in it, such as {store.named('/tracks')}"
+            )
         return
     folder = store.path("")
     if not folder.parent.is_dir():

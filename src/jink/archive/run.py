@@ -37,6 +37,7 @@ from .workers import Cluster, Here, Processes, Workers
 SHARE = 500_000  # rows of a bucket, about: more need more memory, fewer more files
 FEWEST, MOST = 8, 4096  # buckets
 LEAST_PIECE = 100_000  # rows
+SPARE_REJECTED = f"{WORK}/rejected.parquet"  # of a folder, until they are whole
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def track_archive(
     Errors: InputError.
     """
     began = clock.perf_counter()
-    store = Store(where.rstrip("/"))
+    store = Store(where)
     made(store)
     with locked(store), room(store):
         plan, complete = _planned(store, inputs, reading, settings, how)
@@ -259,21 +260,17 @@ def _write_rejected(job: Job, said: list[dict[str, Any]], done: list[dict[str, A
                 count += frame.height
                 writer.write_table(frame.to_arrow(compat_level=pl.CompatLevel.oldest()).cast(schema))
 
-    folder, _, name = job.store.where.rpartition("/")
+    beside, name = job.store.beside()
     target = f"{name}.rejected.parquet"
-    job.store.put(f"{WORK}/rejected.parquet", write)
-    beside = Store(folder or ".")
-    if not count:
-        job.store.remove(f"{WORK}/rejected.parquet")
-        if beside.local:
-            beside.remove(target)
-        return []
     if beside.local:
-        os.replace(job.store.path(f"{WORK}/rejected.parquet"), beside.path(target))
+        job.store.put(SPARE_REJECTED, write)
+        os.replace(job.store.path(SPARE_REJECTED), beside.path(target))
     else:
-        content = job.store.get(f"{WORK}/rejected.parquet") or b""
-        beside.put(target, lambda handle: handle.write(content))
-    return [f"{folder}/{target}" if folder else target]
+        beside.put(target, write)
+    if count:
+        return [job.store.named(".rejected.parquet")]
+    beside.remove(target)
+    return []
 
 
 def _manifest(plan: Plan, said: list[dict[str, Any]], done: list[dict[str, Any]], summary: Any) -> dict[str, Any]:
