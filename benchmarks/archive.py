@@ -3,6 +3,7 @@
 python -m benchmarks.archive                    4 million rows, 24 files, 20,000 targets of which one is hot
 python -m benchmarks.archive 4000000 40000000   these numbers of rows, one after the other
 python -m benchmarks.archive --kills 20         kill -9 at as many random moments, and compare the bytes
+python -m benchmarks.archive --dask             two workers of dask, then again with one killed in either stage
 python -m benchmarks.archive --hot 0.2          the share of all rows that the hot target has
 python -m benchmarks.archive --geographic       latitude and longitude instead of x and y
 """
@@ -179,11 +180,45 @@ def killed(files: list[Path], output: Path, times: int, seconds: float) -> str:
     return f"{times} kills: same bytes {same} times, files too many or too few {orphans} times"
 
 
+def on_dask(files: list[Path], output: Path, wanted: str) -> str:
+    """Two workers of dask without and with kills; says whether the bytes are those of processes, and the ratio."""
+    from distributed import LocalCluster
+
+    os.environ["POLARS_MAX_THREADS"] = "1"
+    seconds, same = [], []
+    for kill in (False, True):
+        with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster:
+            shutil.rmtree(output, ignore_errors=True)
+            seconds.append(clustered([*command(files, output), "--cluster", cluster.scheduler_address], cluster, kill))
+        same.append(hash_of(output) == wanted)
+    return (
+        f"dask: {seconds[0]:.1f} s; with a worker killed in either stage {seconds[1]:.1f} s, "
+        f"{seconds[1] / seconds[0]:.2f} times as long; same bytes {sum(same)} of 2"
+    )
+
+
+def clustered(words: list[str], cluster: Any, kill: bool) -> float:
+    """Wall seconds of a run; kill: a worker ends by `kill -9` when a third of each stage is done."""
+    began = time.perf_counter()
+    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    left = {"map", "reduce"} if kill else set()
+    for line in process.stderr:
+        event = json.loads(line)
+        if event["event"] in left and 3 * event["done"] >= event["of"]:
+            left.remove(event["event"])
+            os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL)
+    if process.wait() or left:
+        raise RuntimeError(f"the run ended with {process.returncode}, without a kill in: {left}")
+    return time.perf_counter() - began
+
+
 def main() -> None:
     """Print one line for each number of rows."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("rows", nargs="*", type=int, default=[4_000_000])
     parser.add_argument("--kills", type=int, default=0)
+    parser.add_argument("--dask", action="store_true")
     parser.add_argument("--hot", type=float, default=HOT)
     parser.add_argument("--geographic", action="store_true")
     options = parser.parse_args()
@@ -207,6 +242,8 @@ def main() -> None:
             )
             if options.kills:
                 print(killed(files, output, options.kills, done["wall"]), flush=True)
+            if options.dask:
+                print(on_dask(files, output, hash_of(output)), flush=True)
 
 
 if __name__ == "__main__":
