@@ -22,6 +22,7 @@ from .ground import lifted
 from .manoeuvring import Told
 from .placing import Placed
 from .unknown_height import VARIANCE, along_the_line
+from .unseen_heights import CLIMB, HEIGHT
 
 SLOW = 1e-6  # m/s: below this speed a course means nothing
 NIS_BAND = {
@@ -126,19 +127,26 @@ def tracks_table(
 def _with_lasting(
     placed: Placed, x: np.ndarray, P: np.ndarray, components: Sequence[str]
 ) -> dict[tuple[int, int], np.ndarray]:
-    """Covariances of positions (N,) with what they keep of errors that last, those of unknown heights among them."""
-    kept = [name for name in ("lasting", VARIANCE) if name in placed.rows.columns]
+    """Covariances of positions (N,) with what they keep of errors that last, and with what unknown heights do to them;
+    of two components by their numbers.
+    """
+    kept = [name for name in ("lasting", VARIANCE, HEIGHT) if name in placed.rows.columns]
     if not kept:
         return {}
     px, py = components.index("px"), components.index("py")
     xx, yy, xy = P[:, px, px], P[:, py, py], P[:, px, py]
+    found = {}
     if "lasting" in kept:
         variance = placed.rows["lasting"].to_numpy()
         xx, yy = xx + variance, yy + variance
+    if HEIGHT in kept:
+        for name, component in ((HEIGHT, "pz"), (CLIMB, "vz")):
+            k = components.index(component)
+            found[k, k] = P[:, k, k] + placed.rows[name].to_numpy()
     if VARIANCE in kept:
         along = along_the_line(placed.rows, x[:, px], x[:, py])
         xx, yy, xy = (old + more for old, more in zip((xx, yy, xy), along, strict=True))
-    return {(px, px): xx, (py, py): yy, (px, py): xy, (py, px): xy}
+    return found | {(px, px): xx, (py, py): yy, (px, py): xy, (py, px): xy}
 
 
 def _ordered(names: list[str]) -> list[str]:
