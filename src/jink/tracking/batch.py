@@ -344,16 +344,23 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
         table = tracks_table(some, run.estimate, absolute, manoeuvres, group.ground)
         return table if even is None else table.with_columns(even=pl.Series(even[run.piece.rows]))
 
-    waiting: Future[pl.DataFrame] | None = None
     last: Run | None = None
-    with ThreadPoolExecutor(1) as worker:
+    if settings.threads == 1:
         for piece in pieces(placed.offsets):
             run = Run(piece, stretched.run(piece))
+            if last:
+                yield table_of(last, run)
+            last = run
+    else:
+        waiting: Future[pl.DataFrame] | None = None
+        with ThreadPoolExecutor(1) as worker:
+            for piece in pieces(placed.offsets):
+                run = Run(piece, stretched.run(piece))
+                if waiting:
+                    yield waiting.result()
+                waiting = worker.submit(table_of, last, run) if last else None
+                last = run
             if waiting:
                 yield waiting.result()
-            waiting = worker.submit(table_of, last, run) if last else None
-            last = run
-        if waiting:
-            yield waiting.result()
-        if last:
-            yield table_of(last, None)
+    if last:
+        yield table_of(last, None)
