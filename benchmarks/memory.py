@@ -61,7 +61,9 @@ def compared(some: Path, more: Path) -> str:
         if not one["target"].equals(other["target"]):
             return "other targets"
         same &= one.equals(other)
-        most = max(most, *(((one[c] - other[c]) / one[f"{c}_sd"]).abs().max() for c in ("x", "y", "z")))
+        for name in ("x", "y", "z"):
+            apart = np.abs((one[name] - other[name]).to_numpy() / one[f"{name}_sd"].to_numpy())
+            most = max(most, float(np.nanmax(apart)))
     return "the same tracks, bit by bit" if same else f"positions at most {most:.2g} sds apart"
 
 
