@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from polars.testing import assert_frame_equal
 from typer.testing import CliRunner
 
 import jink
+from jink.catalogue.targets import KINDS
 from jink.cli.main import app
 from jink.io.errors import InputError
 from jink.scenarios import SCENARIOS
@@ -46,6 +48,17 @@ def test_simulated_targets_of_the_right_kind_raise_nothing(name, tmp_path):
     path = tmp_path / "plots.parquet"
     assert CliRunner().invoke(app, ["simulate", name, "-o", str(path), "--runs", "5"]).exit_code == 0
     assert codes(str(path), kind=SCENARIOS[name].kind) == {}
+
+
+@pytest.mark.parametrize("rows", [[0, 1, 2], [0, 1, 2, 0]], ids=["together", "apart"])
+def test_a_long_target_has_the_figures_of_a_group(rows, monkeypatch):
+    tracks = jink.track(pl.concat([straight(target=name, seed=k) for k, name in enumerate("abc")]))
+    parts = [tracks[: COUNT - 7], tracks[COUNT - 7 : 2 * COUNT + 7], tracks[2 * COUNT + 7 :]]
+    table = pl.concat([parts[k] for k in rows])
+    expected = plausibility._by_target(table, KINDS["aircraft"])
+    monkeypatch.setattr(plausibility, "LONG", COUNT)
+    # a sum may round otherwise
+    assert_frame_equal(plausibility._by_target(table, KINDS["aircraft"]), expected, rel_tol=1e-15, abs_tol=0.0)
 
 
 def test_too_fast_for_its_kind():
