@@ -374,8 +374,14 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows, const Sector &
     if (rules.likelihood && sector.whole()) report.log_likelihood = log_likelihood(sensor);
     report.inexact = decide.inexact;
     for (int s = 0; s < pool.slots(); ++s)
-        if (pool.live(s)) share_out(s);
-        else shares[s].clear();
+        if (pool.live(s)) {
+            share_out(s);
+            const Life &one = pool.life[s];
+            const bool counts = weighing.unseen[s] < 1.0 && weighing.existence[s] > rules.sure && one.plots >= 5;
+            report.sure += counts, report.seen += counts && one.share > 0.5;
+        } else {
+            shares[s].clear();
+        }
     std::vector<int> idlers;  // found first, since twins of others take free slots
     for (int s = 0; s < pool.slots() && !sector.whole(); ++s)
         if (idle(s)) idlers.push_back(s), shares[s].clear();

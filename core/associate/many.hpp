@@ -63,6 +63,7 @@ struct ManyRules {
     bool split = true;
     double patience = 0.1;                     // existence from which a track without a second plot in its second scan goes on
     int young = 2, crowd = 8;                  // scans and plots: older, with r < 0.5 and more plots in the gate, a track is dropped
+    double sure = 0.95;                        // existence before a scan from which its plot or miss tells of the detection probability
     int most_plots = 64, most_tracks = 200000;
     bool likelihood = false;                   // report that of each scan
     int threads = 1;
@@ -71,6 +72,7 @@ struct ManyRules {
 // What a scan came to.
 struct ScanReport {
     int plots = 0, unusable = 0, born = 0, dropped = 0, merged = 0, living = 0, confirmed = 0;
+    int sure = 0, seen = 0;  // tracks that were surely there before the scan looked where they are, and those of them that had a plot
     bool crowded = false, full = false, inexact = false;  // gates with too many plots; no room for more tracks; JPDA by beliefs
     double log_likelihood = NAN;                          // of the scan's plots given those before
     std::vector<std::pair<std::int64_t, std::int64_t>> handed;  // tracks that go on under another id: the new one and the old one
