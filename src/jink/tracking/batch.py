@@ -15,6 +15,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.names import FilterName, KindName
+from ..catalogue.targets import kind_of
 from ..checks import items
 from ..filters.axis_by_axis import AxisByAxis
 from ..filters.bank import Bank
@@ -36,6 +37,7 @@ from .sky_picture import SkyPicture
 from .stretches import ManoeuvresGoOn, Run, Stretched, pieces
 from .summary import reasons, summarise
 from .unknown_height import TargetHeight
+from .unseen_heights import with_doubt
 
 Progress = Callable[[str, int, int], None]
 F = TypeVar("F")  # a DataFrame of any library
@@ -156,7 +158,8 @@ def track(
     `status`. Rows that are in no track are counted in a warning; with `details=True` the result is
     `Tracked(tracks, rejected, summary)` instead.
 
-    Missing is null: the course of a target at rest, the turn rate where speed is not two sds from zero.
+    Missing is null: speed, course and climb rate in a row that begins a track, the turn rate where speed is not two
+    sds from zero. The course of a target at rest has an sd that says so.
 
     smooth: every estimate uses its whole track; lag: only what was measured up to so many scans (2) or seconds ("8s")
     later. columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component
@@ -325,6 +328,7 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
     if settings.every is not None:
         grid = resampled(placed, covariance, settings.every)
         placed, covariance, even = grid.placed, grid.covariance, grid.even
+    placed = with_doubt(placed, kind_of(settings.kind).climbs, settings.smooth)
     stretched = Stretched(group.filter, placed, covariance, settings.smoothing, settings.threads)
     what = Manoeuvres.of(group.filter, settings.kind, settings.manoeuvre_g, centred=settings.smooth)
     going_on = ManoeuvresGoOn(what)
