@@ -25,6 +25,9 @@ struct Life {
     int together = 0;             // scans in a row in which it does
     double served = -INFINITY;    // when a sectored antenna last did its sector, or it had a plot
     double hit = -INFINITY;       // when it last had a plot
+    double score = 0.0;           // log of what its plots and misses say for it, against their being false; goes on from the parent's
+    std::int64_t parent = -1;     // id of the confirmed track whose next plot its first one could have been; until it is confirmed
+    double parting = 0.0;         // the parent's score before that plot
     bool due = true;              // this scan looks where it is, and it is not served yet
 };
 
