@@ -108,7 +108,20 @@ def test_rows_are_those_of_a_table_in_memory(tmp_path, hours, options):
 
 
 def test_a_small_table_decides_by_all_its_rows(tmp_path):
-    files = in_files(tmp_path, flights())
+    rows_of_a_folder_are_those_of_a_file(tmp_path, in_files(tmp_path, flights()))
+
+
+def test_speeds_without_a_course_are_used_by_the_figures_of_their_target(tmp_path):
+    """One row in thirty reports a wrong speed: what is usual is known from all rows, not from those of a bucket."""
+    table, rng = flights(), np.random.default_rng(8)
+    wrong = np.where(rng.random(table.height) < 0.03, 15.0, 0.0)
+    files = in_files(tmp_path, table.with_columns(speed=20.9 + wrong + rng.normal(0, 0.5, table.height)))
+    rows_of_a_folder_are_those_of_a_file(tmp_path, files)
+    summary = track(*files, "-o", tmp_path / "whole.parquet")
+    assert any("the reported velocity is used" in note for note in summary["notes"])
+
+
+def rows_of_a_folder_are_those_of_a_file(tmp_path, files):
     track(*files, "-o", tmp_path / "whole.parquet")
     track(*files, "-o", f"{tmp_path}/tracks/", *SAME)
     expected = pl.read_parquet(tmp_path / "whole.parquet").sort("target", "time", maintain_order=True)

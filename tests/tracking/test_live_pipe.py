@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from jink.io.loading import Reading
+from jink.tracking.lag import Lag
 from jink.tracking.live import LiveTracks
 from jink.tracking.live_lines import LONGEST, TooLong
 from jink.tracking.prepare import Settings
@@ -66,6 +67,27 @@ def test_a_target_that_comes_back_begins_a_new_part():
     assert in_use(live) == 2 and abs(back[-1]["speed"] - 150.0) < 5
 
 
+@pytest.mark.parametrize("first", [0, 1, 2, 7])
+@pytest.mark.parametrize("at_once", [1, 40])
+@pytest.mark.parametrize("lag", [None, "2"])
+def test_a_target_gets_heights_from_the_first_one_on(first, at_once, lag):
+    """Rows without a height come first; another target has heights all the time."""
+    live = stream(lag=Lag.of(lag))
+    lines = []
+    for k in range(40):
+        z = {"z": 1000.0 + 10.0 * k} if k >= first else {}
+        lines += [line("late", 4.0 * k, 600.0 * k, **z), line("always", 4.0 * k, 600.0 * k, 9e3, z=3000.0)]
+    rows = []
+    for start in range(0, len(lines), at_once):
+        rows += objects(live.take(lines[start : start + at_once])[0])
+    late = [row for row in rows if row["target"] == "late"]
+    assert len(late) == 40 and {row["part"] for row in late} == {0}
+    assert [row.get("z") is None for row in late] == [k < first for k in range(40)]
+    assert abs(late[-1]["z"] - 1390.0) < 20 and abs(late[-1]["climb_rate"] - 2.5) < 1.0
+    assert abs(late[-1]["speed"] - 150.0) < 5 and in_use(live) == 2
+    assert lag is None or (late[-1]["lagged_z"] is not None and late[-1]["lagged_row"] == late[-3]["row"])
+
+
 def test_targets_whose_clock_is_late_are_not_forgotten():
     """One in four has a clock an hour behind; all are seen all the time."""
     live = stream()
@@ -102,6 +124,18 @@ def test_a_position_that_repeats_is_known_within_a_block():
     assert [row["status"] for row in together] == [row["status"] for row in single]
     assert [row["status"] for row in single].count("predicted") == 12
     np.testing.assert_array_equal([row["x"] for row in together], [row["x"] for row in single])
+
+
+@pytest.mark.parametrize("times", [2, 3, 5])
+@pytest.mark.parametrize("geographic", [False, True])
+def test_positions_that_are_said_several_times_do_not_stop_a_target(times, geographic):
+    """A filter that begins with one position twice takes the target for one at rest."""
+    live, rows = LiveTracks(Reading(), Settings(sensor_sd={"position": 2.0})), []
+    for k in range(60):
+        x = 800.0 * (k // times * times)
+        said = {"lat": 0.0, "lon": x / 111_319.49} if geographic else {"x": x, "y": 0.0}
+        rows += objects(live.take([json.dumps({"id": "a", "time": 4.0 * k, **said}).encode()])[0])
+    assert all(abs(row["speed"] - 200.0) < 5 for row in rows[5 * times :])
 
 
 def test_a_future_stamp_at_the_first_sight_of_a_target_costs_itself():

@@ -76,6 +76,20 @@ def test_the_step_of_quantisation_is_a_floor():
     assert component_sd(time, stairs, new, group, 1)[0] >= 7.62 / np.sqrt(12)
 
 
+def test_a_receiver_that_holds_its_position_at_rest_does_not_look_exact():
+    """An hour at rest in a trip of twenty minutes: the noise is that of the rows in motion."""
+    rng = np.random.default_rng(7)
+    speed = np.r_[np.full(600, 15.0), np.zeros(3600), np.full(600, 15.0)]
+    time, place = np.arange(speed.size) * 1.0, np.cumsum(speed)
+    plane = np.column_stack([place, 0.0 * place]) + rng.normal(0, 2.5, (speed.size, 2))
+    plane[600:4200] = plane[600]
+    new = time == 0
+    assert _scatter(time, plane, new)[0] == pytest.approx(2.5, rel=0.15)
+    held = plane[:, 0] - place
+    held[600:4200] = held[600]
+    assert component_sd(time, held, new, np.zeros(time.size, int), 1)[0] == pytest.approx(2.5, rel=0.15)
+
+
 def test_groups_have_their_own_figure_or_none():
     one, other = _flight(sd=2.0, seed=1), _flight(sd=20.0, seed=2)
     few = _flight(count=10, seed=3)

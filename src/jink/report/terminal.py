@@ -3,22 +3,41 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Collection, Iterator, Sequence
-from typing import Any
+from typing import Any, TextIO
 
 from ..io.printable import printable
 
 # columns of a file or a pipe: more than any table needs, so that its lines are as long as they have to be
 ENDLESS = 100_000
+BLANKS = re.compile(" +$", re.MULTILINE)
 
 
 def standard_output() -> Any:
     """The rich console that all tables go to: as wide as the terminal or as COLUMNS says, else as wide as needed."""
     from rich.console import Console
 
-    limited = sys.stdout.isatty() or "COLUMNS" in os.environ
-    return Console(highlight=False, width=None if limited else ENDLESS)
+    if sys.stdout.isatty():
+        return Console(highlight=False)
+    # a file as far as a console is concerned
+    file: Any = WithoutBlanks(sys.stdout)
+    return Console(highlight=False, width=None if "COLUMNS" in os.environ else ENDLESS, file=file)
+
+
+class WithoutBlanks:
+    """A text file that leaves out blanks at the ends of lines, with which tables fill their last column."""
+
+    def __init__(self, file: TextIO) -> None:
+        self._file = file
+
+    def write(self, text: str) -> int:
+        """Write whole lines."""
+        return self._file.write(BLANKS.sub("", text))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
 
 
 def print_line(console: Any, text: str = "", style: str = "") -> None:

@@ -156,7 +156,8 @@ def track(
     `status`. Rows that are in no track are counted in a warning; with `details=True` the result is
     `Tracked(tracks, rejected, summary)` instead.
 
-    Missing is null: the course of a target at rest, the turn rate where speed is not two sds from zero.
+    Missing is null: speed, course and climb rate in a row that begins a track, the turn rate where speed is not two
+    sds from zero. The course of a target at rest has an sd that says so.
 
     smooth: every estimate uses its whole track; lag: only what was measured up to so many scans (2) or seconds ("8s")
     later. columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component

@@ -164,7 +164,8 @@ def _stale(state: Cleaned, position: str, gap: float) -> int:
     if starts.size == held.height:
         return 0
     run = np.cumsum(start) - 1
-    distance = _distances(held[starts], position, names)
+    first, second = (held[name].to_numpy()[starts] for name in names)
+    distance = distances(first, second, position)
     time = held["time"].to_numpy()
     elapsed = time[starts[1:]] - time[starts[:-1]]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -186,9 +187,8 @@ def _stale(state: Cleaned, position: str, gap: float) -> int:
     return int(bad.sum())
 
 
-def _distances(places: pl.DataFrame, position: str, names: list[str]) -> np.ndarray:
-    """Metres between consecutive positions, roughly: only to tell rest from motion."""
-    first, second = (places[name].to_numpy() for name in names)
+def distances(first: np.ndarray, second: np.ndarray, position: str) -> np.ndarray:
+    """Metres between consecutive positions, roughly: only to tell rest from motion. first, second: their components."""
     if position == "geographic":
         north = np.radians(np.diff(first)) * EARTH_RADIUS
         wrapped = (np.diff(second) + 180.0) % 360.0 - 180.0
@@ -242,7 +242,7 @@ def _starts(state: Cleaned, position: str, fastest: float) -> int:
         return 0
     elapsed = np.diff(held["time"].to_numpy())
     with np.errstate(divide="ignore", invalid="ignore"):
-        pace = _distances(held, position, names) / elapsed
+        pace = distances(held[names[0]].to_numpy(), held[names[1]].to_numpy(), position) / elapsed
         first, after = pace[starts], np.array([pace[starts + k] for k in (1, 2, 3)])
         steady = np.ptp(after, axis=0) < 0.2 * first
         most = after.max(axis=0)

@@ -115,7 +115,8 @@ def measured_places(placed: Placed, covariance: np.ndarray) -> tuple[np.ndarray,
 class Used:
     """What was found of rates: the sds of those that are used (m/s), and sentences for the summary.
 
-    fresh_only: those whose repeated reports are left out; stated: what the source usually states as their sds.
+    fresh_only: those whose repeated reports are left out; stated: what the source usually states as their sds; usual:
+    how far reported velocities usually are from the motion that positions show (m/s), None until it is known.
     """
 
     sd: dict[str, float] = field(default_factory=dict)
@@ -124,6 +125,7 @@ class Used:
     gains: dict[str, float] = field(default_factory=dict)
     fresh_only: frozenset[str] = frozenset()
     stated: dict[str, float] = field(default_factory=dict)
+    usual: float | None = None
 
     def figures(self) -> dict[str, Any]:
         """For the lines of the summary on noise."""

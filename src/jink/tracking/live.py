@@ -22,12 +22,12 @@ from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
 from ..io.measurements import Measurements
 from ..io.writing import plain_times
-from .cleaning import measured_rows
+from .cleaning import STALE_SPEED, STALE_SPEED_AT_END, distances, measured_rows
 from .ground import least_heights
 from .live_lagged import OUTPUTS as LAGGED
-from .live_lagged import lagged_table, scans_of
+from .live_lagged import Delayed, lagged_table, scans_of
 from .live_lines import Lines
-from .live_manoeuvres import columns
+from .live_manoeuvres import Past, columns
 from .live_order import Order, Waiting, tomorrow
 from .live_targets import OUTPUTS, Answered, Entry, Followed, Pool, answer_entries
 from .manoeuvring import Manoeuvres
@@ -37,7 +37,6 @@ from .placing import Placed, lay
 from .prepare import Pace, Settings, choose
 from .unknown_height import TargetHeight, height_of, on_the_ground
 
-STALE_SPEED = 5.0  # m/s: estimated speed above which a repeated position is an old one
 STEPS = 64  # times between two rows of a target that tell the usual one
 LATEST = 64  # rows whose median time is the stream's clock
 BACKWARDS = "time runs backwards"
@@ -162,6 +161,9 @@ class LiveTracks:
                 return "no position yet" if target is None else "no position for longer than the gap"
             target = self._begin(name, now, target, _finite(row[third]) if third else False, position, third)
         assert target is not None
+        high = measured and third is not None and _finite(row[third])
+        if high and target.axes == 2 and self._axes() != 2:
+            self._in_space(target, position, third)
         here = (row["latitude"], row["longitude"]) if position == "geographic" and measured else None
         z = _measurement(row, position, third, target.axes)
         if position == "polar" and target.axes == 2 and not (height := self._height()).is_ground:
@@ -200,15 +202,21 @@ class LiveTracks:
         return new
 
     def _stale(self, row: dict[str, Any], position: str, target: Followed) -> bool:
-        """The same position again while the target moves by its estimate and does not rest by its report."""
+        """The same position again while the target moves and does not rest by its report.
+
+        It moves by its estimate, or by its last two places: a filter that begins with one position twice does not.
+        """
         first, second = PLANE[position]
         place = (row[first], row[second])
-        same, target.place = place == target.place, place
-        if not same or (_finite(row["speed"]) and row["speed"] <= 0.5):
+        if place != target.place:
+            target.left, target.place = (target.place, row["time"] - target.since), place
+            target.since = row["time"]
+            return False
+        if _finite(row["speed"]) and row["speed"] <= STALE_SPEED:
             return False
         if target.waiting:
             self._flush()
-        return target.speed > STALE_SPEED
+        return target.speed > STALE_SPEED_AT_END or _pace(target, position) > STALE_SPEED_AT_END
 
     def _tell_pace(self, step: float) -> None:
         """A time between two rows of a target; the first is believed, further ones that are gaps are none."""
@@ -228,6 +236,15 @@ class LiveTracks:
             target.pool, target.slot = pool, pool.take()
             self.active[name] = target
             self._wait(Entry(target, name, pool, target.slot, 0.0, target.first, 0, 0, silent=True))
+
+    def _in_space(self, target: Followed, position: str, third: str | None) -> None:
+        """The first height of a target that was followed in the plane: its filter begins again, with three axes."""
+        if target.slot is not None:
+            self._leaving.append((target.pool, target.slot))
+        self._flush()
+        target.axes, target.pool = 3, self._pool(3, position, third)
+        target.slot = target.pool.take()
+        target.past, target.delayed = Past(segments=target.past.segments), Delayed()
 
     def _wait(self, entry: Entry) -> None:
         entry.target.waiting += 1
@@ -313,7 +330,7 @@ class LiveTracks:
             usual = _usual(given, self.settings.kind)
             filter = choose(components, usual, pace, self.settings)[1]
             what = Manoeuvres.of(filter, self.settings.kind, self.settings.manoeuvre_g)
-            self.pools[axes, pace] = Pool(filter, what, self.apart, scans_of(self.settings.lag))
+            self.pools[axes, pace] = Pool(filter, what, axes, self.apart, scans_of(self.settings.lag))
             note = "measurement noise cannot be estimated from a stream: the usual value is taken; --sensor-sd sets it"
             if not given and self.settings.filter is None:
                 self._say(note)
@@ -324,7 +341,7 @@ class LiveTracks:
         answered, self._answered = self._answered, []
         tables = []
         for axes in (2, 3):
-            some = [each for each in answered if each.entries[0].target.axes == axes]
+            some = [each for each in answered if each.entries[0].pool.axes == axes]
             if some:
                 tables.append(self._table(rows, some, axes, measurements, third))
         if not tables:
@@ -348,7 +365,7 @@ class LiveTracks:
         lagged = lagged_table(
             _joined(late, LAGGED),
             [entry.behind for entry in entries],
-            [entry.target.delayed for entry in entries],
+            [entry.delayed for entry in entries],
             axes=axes,
             site=self.settings.site,
             absolute=measurements.absolute,
@@ -406,6 +423,15 @@ def _rows_of(rows: pl.DataFrame, entries: list[Entry]) -> pl.DataFrame:
 
 def _usual(given: dict[str, float], kind: str) -> dict[str, float]:
     return USUAL_POLAR_SD | {"position": KINDS[kind].position_sd, "altitude": given.get("z", USUAL_ALTITUDE_SD)} | given
+
+
+def _pace(target: Followed, position: str) -> float:
+    """m/s between the last two places of a target; 0 where there is one."""
+    place, seconds = target.left
+    if not place or not seconds > 0:
+        return 0.0
+    first, second = np.array([place, target.place]).T
+    return float(distances(first, second, position)[0]) / seconds
 
 
 def _finite(value: float | None) -> bool:

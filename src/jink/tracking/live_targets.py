@@ -24,8 +24,8 @@ Anchor = tuple[float, float, float, float, float]  # x, y, latitude, longitude, 
 class Pool:
     """Live filters of all targets that one filter follows; each has a slot."""
 
-    def __init__(self, filter: Any, manoeuvres: Manoeuvres, apart: bool = False, lag: int = 0) -> None:
-        self.filter, self.manoeuvres = filter, manoeuvres
+    def __init__(self, filter: Any, manoeuvres: Manoeuvres, axes: int, apart: bool = False, lag: int = 0) -> None:
+        self.filter, self.manoeuvres, self.axes = filter, manoeuvres, axes
         self.laggards = Laggards(filter, lag) if lag else None
         try:
             self.slots = None if apart else filter.slots()
@@ -66,7 +66,8 @@ class Followed:
     """One target: where its filter is, the place its frame has got to, and what it was last told.
 
     slot: of its pool, None after it was not seen for longer than the gap. fresh: whether it was seen since the targets
-    were last looked through; heard: the stream's clock then, or when it last was.
+    were last looked through; heard: the stream's clock then, or when it last was. place: the position last reported,
+    since when (s); left: the one before, and for how long it was reported (s).
     """
 
     pool: Pool
@@ -82,6 +83,8 @@ class Followed:
     rows: int = 0
     waiting: int = 0  # rows that the filter has not seen yet
     place: tuple[float, ...] = ()
+    since: float = 0.0
+    left: tuple[tuple[float, ...], float] = ((), 0.0)
     where: tuple[float, float] | None = None  # latitude and longitude last seen
     anchor: Anchor | None = None
     speed: float = 0.0
@@ -115,6 +118,7 @@ class Entry:
     anchor: Anchor | None = None
     told: ToldLive | None = None
     behind: Behind | None = None
+    delayed: Delayed = field(default_factory=Delayed)
 
 
 @dataclass(frozen=True)
@@ -187,4 +191,4 @@ def _remember(entries: list[Entry], estimate: Estimate, pool: Pool) -> None:
             target.speed = speeds[k]
             if pool.laggards is not None:
                 now = Behind(entry.time, target.began + entry.time, entry.row, entry.anchor, status[k])
-                entry.behind = target.delayed.after(now, pool.laggards.scans)
+                entry.delayed, entry.behind = target.delayed, target.delayed.after(now, pool.laggards.scans)

@@ -88,18 +88,30 @@ def parse_sensor_sd(given: float | str | Mapping[str, float] | None) -> dict[str
 
 
 @stage("noise")
-def noise_levels(placed: Placed, given: Mapping[str, float], kind: str, known: NoiseLevel | None = None) -> NoiseLevel:
+def noise_levels(
+    placed: Placed,
+    given: Mapping[str, float],
+    kind: str,
+    known: NoiseLevel | None = None,
+    step: float | None = None,
+) -> NoiseLevel:
     """Noise of every row of `placed`, from what is given, stated and estimated, in this order.
 
-    known: that of other rows of the same table, which holds for these too.
+    known: that of other rows of the same table, which holds for these too. step: the usual one of the table (s).
     """
-    level = _polar(placed, given, known) if placed.components[0] == "range" else _plane(placed, given, kind, known)
-    return level if known is None else replace(level, typical=known.typical, sources=known.sources, step=known.step)
+    step = known.step if known else step
+    if placed.components[0] == "range":
+        level = _polar(placed, given, known)
+    else:
+        level = _plane(placed, given, kind, known, step)
+    level = replace(level, step=step)
+    return level if known is None else replace(level, typical=known.typical, sources=known.sources)
 
 
-def _plane(placed: Placed, given: Mapping[str, float], kind: str, known_level: NoiseLevel | None) -> NoiseLevel:
+def _plane(
+    placed: Placed, given: Mapping[str, float], kind: str, known_level: NoiseLevel | None, usual: float | None
+) -> NoiseLevel:
     count = placed.rows.height
-    usual = known_level.step if known_level else None
     vertical = placed.components[2] if placed.axes == 3 else None
     measured = np.isfinite(placed.plane[:, 0]) & np.isfinite(placed.plane[:, 1])
     # of all rows a view is enough

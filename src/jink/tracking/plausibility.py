@@ -207,12 +207,15 @@ def _motion(targets: pl.DataFrame, name: str) -> Iterator[Finding]:
         slower = [other for other, that in KINDS.items() if that.speed < kind.speed / 3 and that.speed >= top]
         if 0 < top < TOO_SLOW * kind.speed and slower:
             fitting = min(slower, key=lambda other: KINDS[other].speed)
+            likely, mend = "another kind of target", f"--kind {fitting} expects up to {KINDS[fitting].speed:g} m/s"
+            if TOO_SLOW * kind.speed < 1000.0 * top <= TOO_FAST * kind.speed:
+                likely, mend = f"{likely}, or times in milliseconds", f"{mend}; --time-unit ms names the unit"
             yield Finding(
                 "too_slow",
                 f"none is faster than {top:.3g} m/s; a target of kind {name} reaches about {kind.speed:g} m/s",
                 **_named(known),
-                likely="another kind of target",
-                mend=f"--kind {fitting} expects up to {KINDS[fitting].speed:g} m/s",
+                likely=likely,
+                mend=mend,
             )
     crawling = known.filter(
         (pl.col("fast") < CRAWLS) & (pl.col("away") > STRAIGHT * pl.col("path")) & (pl.col("measured") >= 2 * FEWEST)

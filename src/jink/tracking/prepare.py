@@ -219,7 +219,7 @@ def drawn(counts: pl.DataFrame) -> pl.DataFrame | None:
 
 def _group(placed: Placed, pace: Pace, settings: Settings, known: Known | None) -> Group:
     of_all = known.levels.get(placed.axes) if known else None
-    level = noise_levels(placed, settings.sensor_sd, settings.kind, of_all)
+    level = noise_levels(placed, settings.sensor_sd, settings.kind, of_all, pace.step or None)
     if level.lasting is not None:
         placed = replace(placed, rows=placed.rows.with_columns(lasting=level.lasting))
     named = settings.filter is None or isinstance(settings.filter, str)

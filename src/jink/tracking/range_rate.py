@@ -86,11 +86,9 @@ def _appended(placed: Placed, level: NoiseLevel, rate: np.ndarray, sd: float) ->
     joined = replace(placed, z=np.column_stack([placed.z, rate]), components=(*placed.components, "range_rate"))
     angles = [column for column, name in enumerate(placed.components) if name in ("azimuth", "elevation")]
     angle = np.sqrt(level.covariance[:, angles].sum(axis=1))
-    lengths = np.diff(placed.offsets)
-    step = float(np.median(np.diff(placed.time)[~placed.new[1:]])) if len(rate) > lengths.size else 1.0
-    variance = rate_variance(placed.z[:, 0], placed.time, placed.offsets, angle, sd, step)
+    variance = rate_variance(placed.z[:, 0], placed.time, placed.offsets, angle, sd, level.step or 1.0)
     covariance = np.column_stack([level.covariance, variance])
-    return joined, NoiseLevel(covariance, level.typical | {"range_rate": sd}, level.sources)
+    return joined, replace(level, covariance=covariance, typical=level.typical | {"range_rate": sd})
 
 
 def rate_variance(

@@ -12,8 +12,9 @@ import numpy as np
 
 from ..io.geodesy import DevelopedFrame
 from ..io.rates import FASTEST
+from .noise_level import NoiseLevel
 from .placing import Placed
-from .scatter import MEDIAN, component_sd, rough_velocity
+from .scatter import MEDIAN, grouped_quantile, rough_velocity
 
 FAR = 6.0  # sds from the motion that positions show: such a report is wrong
 
@@ -24,7 +25,8 @@ class Rates:
 
     accuracy (N, 2): sds (m/s) of velocity and vertical rate that the source states, NaN where it does not.
     way (N, 2): unit vectors along which vx and vy were measured, None where both are; slack (N,): what an uncertain way
-    adds along it (m/s). fresh (N,): the report differs from the one before.
+    adds along it (m/s). fresh (N,): the report differs from the one before. off (N,): how far it is from the motion
+    that positions show (m/s); usual: the same of most fresh reports.
     """
 
     velocity: np.ndarray
@@ -32,19 +34,22 @@ class Rates:
     slack: np.ndarray
     fresh: np.ndarray
     accuracy: np.ndarray
+    off: np.ndarray
+    usual: float = 0.0
 
     @classmethod
     def none(cls, placed: Placed) -> Rates:
         """Of rows that report nothing."""
         count = placed.rows.height
-        return cls(
-            np.full((count, 3), np.nan), None, np.zeros(count), np.ones(count, bool), np.full((count, 2), np.nan)
-        )
+        missing = np.full(count, np.nan)
+        nothing = np.full((count, 3), np.nan), None, np.zeros(count), np.ones(count, bool), np.full((count, 2), np.nan)
+        return cls(*nothing, missing)
 
     def some(self, rows: np.ndarray) -> Rates:
         """Rows of it."""
         way = None if self.way is None else self.way[rows]
-        return Rates(self.velocity[rows], way, self.slack[rows], self.fresh[rows], self.accuracy[rows])
+        slack, fresh, accuracy, off = (each[rows] for each in (self.slack, self.fresh, self.accuracy, self.off))
+        return Rates(self.velocity[rows], way, slack, fresh, accuracy, off, self.usual)
 
     @property
     def stated(self) -> dict[str, float]:
@@ -57,8 +62,8 @@ class Rates:
         return usual
 
 
-def rates_of(placed: Placed) -> Rates | None:
-    """The reported velocities of rows with a position; None where there are none."""
+def rates_of(placed: Placed, level: NoiseLevel) -> Rates | None:
+    """The reported velocities of rows with a position; None where there are none. level: the noise of positions."""
     rows, count = placed.rows, placed.rows.height
     known = np.isfinite(placed.plane).all(axis=1)
 
@@ -75,7 +80,7 @@ def rates_of(placed: Placed) -> Rates | None:
         cos, sin = np.cos(turned), np.sin(turned)
         east, north = east * cos - north * sin, east * sin + north * cos
     elif np.isfinite(speed).any():
-        way, slack = _way(placed, speed)
+        way, slack = _way(placed, level.covariance, speed)
         east, north = speed * way[:, 0], speed * way[:, 1]
     up = column("vertical_rate") if placed.axes == 3 else np.full(count, np.nan)
     velocity = np.column_stack([east, north, up])
@@ -83,7 +88,9 @@ def rates_of(placed: Placed) -> Rates | None:
         return None
     report = np.column_stack([speed, course, column("velocity_x"), column("velocity_y"), column("vertical_rate")])
     accuracy = np.column_stack([column("velocity_sd"), column("vertical_rate_sd")])
-    return Rates(velocity, way, slack, _fresh(report, placed.new), accuracy)
+    fresh, off = _fresh(report, placed.new), _off(placed, velocity, way, level.step)
+    usual = off[fresh & np.isfinite(off)]
+    return Rates(velocity, way, slack, fresh, accuracy, off, float(MEDIAN * np.median(usual)) if usual.size else 0.0)
 
 
 def _fresh(report: np.ndarray, new: np.ndarray) -> np.ndarray:
@@ -92,36 +99,40 @@ def _fresh(report: np.ndarray, new: np.ndarray) -> np.ndarray:
     return new | np.r_[True, ~same]
 
 
-def _way(placed: Placed, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors (N, 2) along which the last positions lead, and what their error makes of the speed (m/s)."""
+def _way(placed: Placed, covariance: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors (N, 2) along which the last positions lead, and what their error makes of the speed (m/s).
+
+    Each part's own noise and steps say how far back the way begins, so that no other target changes it.
+    """
     rows = np.flatnonzero(np.isfinite(placed.plane).all(axis=1))
-    part = np.cumsum(placed.new)[rows]
-    plane = placed.plane[rows]
-    noise = 1.5 * _roughness(placed)
-    steps = np.hypot(*np.diff(plane, axis=0).T)[np.diff(part) == 0]
-    usual = float(np.median(steps)) if steps.size else 0.0
-    reach = int(np.clip(np.ceil(20.0 * noise / max(usual, 1e-9)), 1, 10))
-    before = np.maximum(np.arange(rows.size) - reach, 0)
+    part = (np.cumsum(placed.new) - 1)[rows]
+    plane, parts = placed.plane[rows], int(placed.new.sum())
+    steps = np.hypot(*np.diff(plane, axis=0, prepend=np.nan).T)
+    starts = np.diff(part, prepend=-1) != 0
+    steps[starts] = np.nan
+    usual = np.nan_to_num(grouped_quantile(steps, part, parts, 0.5, least=1))
+    noise = 1.5 * np.nan_to_num(grouped_quantile(_across(covariance[rows]), part, parts, 0.5, least=1))
+    reach = np.clip(np.ceil(20.0 * noise / np.maximum(usual, 1e-9)), 1, 10).astype(int)
+    reach, noise = reach[part], noise[part]
+    first = np.flatnonzero(starts)[np.cumsum(starts) - 1]
+    before = np.maximum(np.arange(rows.size) - reach, first)
     moved = plane - plane[before]
     length = np.hypot(*moved.T)
-    good = (part == part[before]) & (before < np.arange(rows.size)) & (length > 10.0 * noise)
+    good = (before < np.arange(rows.size)) & (length > 10.0 * noise)
     way, slack = np.full((placed.rows.height, 2), np.nan), np.zeros(placed.rows.height)
     way[rows[good]] = moved[good] / length[good][:, None]
     # in a turn the way lags behind by half of what it turned since the positions that it begins with
     turned = np.full(rows.size, 1.0)
     turned[good] = 1.0 - np.clip((way[rows[good]] * way[rows[before[good]]]).sum(axis=1), 0.0, 1.0)
-    angle = (noise / length[good]) ** 2 + 0.5 * np.nan_to_num(turned[good], nan=1.0)
+    angle = (noise[good] / length[good]) ** 2 + 0.5 * np.nan_to_num(turned[good], nan=1.0)
     slack[rows[good]] = 0.5 * np.nan_to_num(speed[rows[good]]) * np.minimum(angle, 1.0)
     return way, slack
 
 
-def _roughness(placed: Placed) -> float:
-    """About how far a measured position is off (m)."""
-    known = np.isfinite(placed.plane).all(axis=1)
-    new = np.r_[True, np.diff(np.cumsum(placed.new)[known]) > 0] if known.any() else np.zeros(0, bool)
-    group = np.zeros(int(known.sum()), int)
-    sds = [component_sd(placed.time[known], placed.plane[known, axis], new, group, 1)[0] for axis in (0, 1)]
-    return float(np.nanmax(sds)) if np.isfinite(sds).any() else 0.0
+def _across(covariance: np.ndarray) -> np.ndarray:
+    """The least sd (N,) of horizontal positions: that across the motion, where time stamps err along it."""
+    xx, yy, xy = covariance[:, 0, 0], covariance[:, 1, 1], covariance[:, 0, 1]
+    return np.sqrt(np.maximum(0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy), 0.0))
 
 
 def joined(
@@ -135,13 +146,13 @@ def joined(
     """Measurements of position and velocity (N, 2 axes), and their covariances.
 
     sds: the usual ones; a row is as much rougher as what its source states is larger than what it usually states
-    (`stated`).
+    (`stated`). Reports far from the motion that positions show are left out.
     """
     axes, count = placed.axes, placed.rows.height
     velocity = rates.velocity[:, :axes].copy()
     if fresh_only:
         velocity[~rates.fresh] = np.nan
-    velocity[:, :2][_contradicted(placed, rates, sds)] = np.nan
+    velocity[rates.off > FAR * max(rates.usual, sds.get("velocity", 0.0)), :2] = np.nan
     R = np.zeros((count, 2 * axes, 2 * axes))
     R[:, :axes, :axes] = covariance
     rougher = np.ones((count, 2))
@@ -166,14 +177,12 @@ def joined(
     return replace(placed, z=z, components=names), R
 
 
-def _contradicted(placed: Placed, rates: Rates, sds: Mapping[str, float]) -> np.ndarray:
-    """Rows whose reported velocity is far from the motion that their positions show."""
+def _off(placed: Placed, velocity: np.ndarray, way: np.ndarray | None, step: float | None) -> np.ndarray:
+    """The difference (N,) in m/s of each reported velocity from the one that positions show, along its way."""
     known = np.isfinite(placed.plane).all(axis=1)
     part = np.cumsum(placed.new)[known]
     starts = np.r_[True, np.diff(part) > 0] if part.size else np.zeros(0, bool)
     rough = np.full((placed.rows.height, 2), np.nan)
-    rough[known] = rough_velocity(placed.time[known], placed.plane[known], starts)
-    error = rates.velocity[:, :2] - rough
-    off = np.hypot(*error.T) if rates.way is None else np.abs((error * rates.way).sum(axis=1))
-    usual = MEDIAN * np.nanmedian(off) if np.isfinite(off).any() else 0.0
-    return off > FAR * max(usual, sds.get("velocity", 0.0))
+    rough[known] = rough_velocity(placed.time[known], placed.plane[known], starts, usual=step)
+    error = velocity[:, :2] - rough
+    return np.hypot(*error.T) if way is None else np.abs((error * way).sum(axis=1))

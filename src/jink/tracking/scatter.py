@@ -37,7 +37,8 @@ def third_differences(
     """Noise-only combinations of four successive values of one track, and the index of the second.
 
     time (N,) s; value (N,) or (N, m); new (N,) marks the first row of each track. Windows with a step beyond
-    three times the usual one (s; None: the median) are left out: there, motion would no longer cancel.
+    three times the usual one (s; None: the median) are left out: there, motion would no longer cancel. So are windows
+    in which nothing changes: a receiver at rest holds its position, a level flight its height, and neither shows noise.
     """
     count = time.size
     if count < 4:
@@ -47,7 +48,8 @@ def third_differences(
     if usual is None:
         usual = float(np.median(step[inside])) if inside.any() else 0.0
     fine = inside & (step > 0) & (step <= 3.0 * max(usual, 1e-9))
-    whole = fine[:-2] & fine[1:-1] & fine[2:]
+    changed = np.abs(np.diff(value.reshape(count, -1), axis=0)).max(axis=1) > ROUNDING
+    whole = fine[:-2] & fine[1:-1] & fine[2:] & (changed[:-2] | changed[1:-1] | changed[2:])
     blocks = [_differences(time, value, whole, k) for k in range(0, max(whole.size, 1), BLOCK)]
     return np.concatenate(blocks), np.flatnonzero(whole) + 1
 
@@ -74,14 +76,16 @@ def component_sd(
     """Standard deviation of one measured component by group (G,), at least its step of quantisation over √12.
 
     group (N,) numbers the source (or target) of each row below `groups`; NaN where there was too little. A value that
-    only repeats, as the height of a level flight does, says nothing of its error.
+    only repeats, as the height of a level flight does, says nothing of its error; one that changes now and then has
+    at least the step.
     """
     difference, index = third_differences(time, value, new, usual)
     sd = MEDIAN * grouped_quantile(np.abs(difference), group[index], groups, 0.5)
     step = np.abs(np.diff(value, prepend=np.nan))
     step[new | (step < ROUNDING)] = np.nan
     resolution = grouped_quantile(step, group, groups, 0.01, least=1) / np.sqrt(12.0)
-    return np.fmax(np.where(sd < ROUNDING, np.nan, sd), np.where(np.isnan(sd), np.nan, resolution))
+    resolution[np.bincount(group, minlength=groups) < LEAST + 3] = np.nan
+    return np.fmax(np.where(sd < ROUNDING, np.nan, sd), resolution)
 
 
 def plane_scatter(

@@ -35,7 +35,7 @@ def decided(
     placed: Placed, level: NoiseLevel, given: Mapping[str, float], choose: Choose
 ) -> tuple[Placed, NoiseLevel, Used]:
     """Measurements with the rates that help, their noise with it; the same as came in where none does."""
-    rates = rates_of(placed)
+    rates = rates_of(placed, level)
     if rates is None:
         return placed, level, Used()
     some, rows = sample_of(placed, SAMPLE)
@@ -132,14 +132,17 @@ def as_decided(placed: Placed, level: NoiseLevel, used: Used, rates: Rates | Non
     """Measurements with the rates that are used, and their noise with it; rates: of the rows, if they are known."""
     if not used.sd:
         return placed, level
-    rates = rates or rates_of(placed) or Rates.none(placed)
+    rates = rates or rates_of(placed, level) or Rates.none(placed)
+    used.usual = rates.usual if used.usual is None else used.usual
     velocity = rates.velocity.copy()
     for name, columns in (("velocity", slice(0, 2)), ("vertical_rate", slice(2, 3))):
         if name not in used.sd:
             velocity[:, columns] = np.nan
         elif name in used.fresh_only:
             velocity[~rates.fresh, columns] = np.nan
-    both, covariance = joined(placed, level.covariance, replace(rates, velocity=velocity), used.sd, False, used.stated)
+    both, covariance = joined(
+        placed, level.covariance, replace(rates, velocity=velocity, usual=used.usual), used.sd, False, used.stated
+    )
     sources = [line | used.figures() for line in level.sources]
     return both, replace(level, covariance=covariance, typical=level.typical | used.sd, sources=sources)
 
@@ -193,7 +196,7 @@ def _ratio(said: np.ndarray, found: np.ndarray, doubt: float) -> float:
 
 def as_measured(placed: Placed, level: NoiseLevel) -> tuple[Placed, NoiseLevel]:
     """With all velocities, for a filter whose sensor says their noise."""
-    rates = rates_of(placed)
+    rates = rates_of(placed, level)
     if rates is None:
         return placed, level
     if rates.way is not None:
