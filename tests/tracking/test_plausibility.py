@@ -60,6 +60,19 @@ def test_nothing_moves_at_a_hundred_times_the_speed():
     assert codes(straight(speed=2e5), check_coordinates=False)["too_fast"]["fatal"]
 
 
+def test_times_in_milliseconds_are_suggested_where_they_would_make_a_flight():
+    milliseconds = straight().with_columns(pl.col("time") * 1000.0)
+    assert "--time-unit ms" in codes(milliseconds)["too_slow"]["mend"]
+    assert codes(milliseconds, time_unit="ms") == {}
+    assert "milliseconds" not in codes(straight(speed=1.4, sd=3.0))["too_slow"]["likely"]
+
+
+def test_names_of_ships_are_noted_where_the_filter_is_for_aircraft():
+    ships = straight(speed=8.0).rename({straight().columns[0]: "MMSI"})
+    notes = {kind: jink.track(ships, kind=kind, details=True).summary["notes"] for kind in ("aircraft", "vessel")}
+    assert [any("--kind vessel" in note for note in each) for each in notes.values()] == [True, False]
+
+
 def test_a_walk_is_no_flight():
     assert "--kind person" in codes(straight(speed=1.4, sd=3.0))["too_slow"]["mend"]
     assert codes(straight(speed=1.4, sd=3.0), kind="person") == {}

@@ -22,6 +22,7 @@ from .ground import lifted
 from .manoeuvring import Told
 from .placing import Placed
 from .unknown_height import VARIANCE, along_the_line
+from .unseen_heights import CLIMB, HEIGHT
 
 SLOW = 1e-6  # m/s: below this speed a course means nothing
 NIS_BAND = {
@@ -111,8 +112,8 @@ def tracks_table(
 
 
 def _with_lasting(placed: Placed, x: np.ndarray, P: np.ndarray, components: Sequence[str]) -> np.ndarray:
-    """Covariances (N, n, n) with what positions keep of errors that last, those of unknown heights among them."""
-    kept = [name for name in ("lasting", VARIANCE) if name in placed.rows.columns]
+    """Covariances (N, n, n) with what positions keep of errors that last, and with what unknown heights do to them."""
+    kept = [name for name in ("lasting", VARIANCE, HEIGHT) if name in placed.rows.columns]
     if not kept:
         return P
     P, (px, py) = P.copy(), (components.index("px"), components.index("py"))
@@ -120,6 +121,10 @@ def _with_lasting(placed: Placed, x: np.ndarray, P: np.ndarray, components: Sequ
         variance = placed.rows["lasting"].to_numpy()
         P[:, px, px] += variance
         P[:, py, py] += variance
+    if HEIGHT in kept:
+        for name, component in ((HEIGHT, "pz"), (CLIMB, "vz")):
+            k = components.index(component)
+            P[:, k, k] += placed.rows[name].to_numpy()
     if VARIANCE in kept:
         along_the_line(placed.rows, P, x[:, px], x[:, py], px, py)
     return P
