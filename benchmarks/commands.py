@@ -99,11 +99,19 @@ def _jink() -> list[str]:
     return [str(script)] if script.exists() else [sys.executable, "-m", "jink"]
 
 
+def installed_environment() -> dict[str, str]:
+    """The environment for jink as a user has it: modules are compiled once, even where this machine says they are not.
+
+    `pip install` compiles them. Without that a start of `jink track` takes .2 s of processor time more (AMD EPYC).
+    """
+    return {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+
+
 def _run(command: list[str]) -> tuple[float, float, float]:
     """Wall seconds, CPU seconds and peak resident bytes of one process; raises with its last words."""
     with tempfile.TemporaryFile("w+") as errors:
         begin = time.perf_counter()
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors)
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors, env=installed_environment())
         _, status, usage = os.wait4(process.pid, 0)
         seconds = time.perf_counter() - begin
         process.returncode = os.waitstatus_to_exitcode(status)

@@ -18,7 +18,7 @@ from .cases import regular
 from .race import Job, Lap, compare
 from .targets import Row, reason, times
 
-TRACKS, SCANS, DERIVATIVES, LIMIT = 200, 200, 10, 60  # ms
+TRACKS, SCANS, DERIVATIVES, LIMIT = 200, 200, 10, 30  # ms
 VALUE, SLOPES = "value", "value and derivatives"
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 import jink
 
-from . import engine, gradients, race
+from . import engine, gradients, race, reference_kernel
 from .cases import regular
 from .race import Job, compare
 from .targets import Row, times
@@ -22,7 +22,9 @@ TRACKS, SCANS = 2000, 200
 DEFAULT = None  # the outputs that a call gives if none are named
 STATES = ("x",)
 OUTPUTS = {"states": STATES, "default outputs": DEFAULT}
-SMOOTH, FRESH = 4.0, 1.3  # the most that a smoothed row may cost in filtered ones; a call in ones that reuse arrays
+# the most that a smoothed row may cost in filtered ones, a call in ones that reuse arrays, a row in the kernel's
+SMOOTH, FRESH, KERNEL = 4.0, 1.3, 1.3
+AGAINST_KERNEL = "filter ÷ reference kernel, IMM 3 × 4, states and log-likelihood"
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,22 @@ def pairs(tracks: int = TRACKS, scans: int = SCANS) -> list[Pair]:
     ]
 
 
+def kernel_pair(tracks: int, scans: int) -> Pair:
+    """The filter against the kernel that was written by hand for its case, once both have given the same.
+
+    Errors: RuntimeError without a C++ compiler, or if they differ.
+    """
+    case, bank = regular(tracks, scans), engine._imm()
+
+    def verb(*given: Any, **keywords: Any) -> Any:
+        return bank.filter(*given, initial=engine._prior(case), **keywords)
+
+    dear = _job(verb, (case.time, case.z, case.offsets), engine.STATES)
+    estimate = dear.run(None)
+    reference_kernel.check(case, estimate.x, estimate.log_likelihood)
+    return Pair(AGAINST_KERNEL, dear, reference_kernel.job(case), KERNEL)
+
+
 def _job(verb: Callable[..., Any], given: Sequence[Any], outputs: Sequence[str] | None, reuse: bool = True) -> Job:
     """One call on one thread, into the arrays of the call before if they are reused."""
     time, z, offsets = given
@@ -87,8 +105,13 @@ def _job(verb: Callable[..., Any], given: Sequence[Any], outputs: Sequence[str] 
 
 def measure(rounds: int, tracks: int = TRACKS, scans: int = SCANS) -> list[dict[str, Any]]:
     """Costs of both jobs of each pair, round by round."""
-    found = []
-    for pair in pairs(tracks, scans):
+    found: list[dict[str, Any]] = []
+    wanted = pairs(tracks, scans)
+    try:
+        wanted.append(kernel_pair(tracks, scans))
+    except RuntimeError as error:
+        found.append({"what": AGAINST_KERNEL, "most": KERNEL, "error": str(error)})
+    for pair in wanted:
         laps = race.run_race({"dear": pair.dear, "cheap": pair.cheap}, rounds)
         found.append({"what": pair.what, "most": pair.most, "dear": laps["dear"].costs, "cheap": laps["cheap"].costs})
     return found
@@ -98,6 +121,9 @@ def rows(found: Sequence[dict[str, Any]]) -> list[Row]:
     """A line each: the ratio, and the costs that it is of."""
     out = []
     for entry in found:
+        if "error" in entry:
+            out.append(Row(entry["what"], f"not measured: {entry['error']}", f"≤ {entry['most']:g}"))
+            continue
         dear, cheap = (race.Lap(tuple(entry[name])) for name in ("dear", "cheap"))
         ratio, most = compare(dear, cheap), entry["most"]
         costs = f"{1e9 * dear.median:.0f} and {1e9 * cheap.median:.0f} ns a row"

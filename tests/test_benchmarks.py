@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from benchmarks import (
     race,
     ratios,
     reference,
+    reference_kernel,
     sky_race,
     stages,
     table,
@@ -105,11 +107,36 @@ def test_a_report_keeps_the_parts_of_other_machines():
 def test_ratios_are_rows():
     found = child.run_ratios(child.TINY)["ratios"]
     rows = ratios.rows(found)
-    assert [row.what for row in rows] == [pair.what for pair in ratios.pairs(3, 5)] and len(rows) == 6
-    assert all(" × " in row.measured and (row.reached is not None) == bool(row.must) for row in rows)
+    assert sorted(row.what for row in rows) == sorted(
+        [*(pair.what for pair in ratios.pairs(3, 5)), ratios.AGAINST_KERNEL]
+    )
+    measured = [row for row in rows if "no C++ compiler" not in row.measured]
+    assert len(measured) >= 6
+    assert all(" × " in row.measured and (row.reached is not None) == bool(row.must) for row in measured)
     found[0] |= {"dear": [5.0], "cheap": [1.0]}
     found[1] |= {"dear": [3.0], "cheap": [1.0]}
     assert [row.reached for row in ratios.rows(found)][:2] == [False, True]
+
+
+@pytest.mark.skipif(not shutil.which("c++") and not shutil.which("g++"), reason="there is no C++ compiler")
+def test_the_hand_written_kernel_answers_as_jink_does():
+    case = cases.regular(11, 70)
+    job = ratios.kernel_pair(11, 70).dear
+    estimate = job.run(None)
+    reference_kernel.check(case, estimate.x, estimate.log_likelihood)
+    states, _ = reference.imm(case.first(2, 40))
+    assert race.difference(estimate.x.reshape(11, 70, 4)[:2, :40], states) < targets.SAME
+    with pytest.raises(RuntimeError, match="differs from jink by"):
+        reference_kernel.check(case, estimate.x, estimate.log_likelihood * (1 + 1e-6))
+
+
+def test_a_kernel_that_cannot_be_built_is_no_figure(monkeypatch):
+    monkeypatch.setenv("CXX", "/bin/false")
+    reference_kernel.library.cache_clear()
+    with pytest.raises(RuntimeError, match="reference kernel: /bin/false"):
+        reference_kernel.library()
+    row = ratios.rows([{"what": ratios.AGAINST_KERNEL, "most": 1.3, "error": "found no C++ compiler"}])[0]
+    assert row.measured == "not measured: found no C++ compiler" and row.reached is None
 
 
 def test_stages_are_rows():

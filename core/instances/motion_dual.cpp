@@ -1,4 +1,5 @@
-#define JINK_UNROLL _Pragma("GCC unroll 1")
+// Loops over the two states of an axis or the four of two axes are unrolled; longer ones would take minutes to compile.
+#define JINK_UNROLL _Pragma("GCC unroll 4")
 #include "run/gradient.hpp"
 #include "instances/motion_kernels.hpp"
 
