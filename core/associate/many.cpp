@@ -162,7 +162,7 @@ void Many::share_out(int s) {
     one.existence = std::min(after, 1.0);
     one.plot = best < 0 ? -1 : w.ratio.plot[best];
     one.share = hit;
-    if (!idle(s)) one.score += hard && best >= 0 ? w.ratio.value[best] : evidence(s, unseen, hit);
+    if (scored(one) && !idle(s)) one.score += hard && best >= 0 ? w.ratio.value[best] : evidence(s, unseen, hit);
 }
 
 // Is a track neither due in this sector nor more probably than not seen in it? Then the sector leaves it as it is: it keeps its time,
@@ -201,11 +201,12 @@ void Many::split(int sensor) {
         }
         std::sort(branches.begin(), branches.end());
         // Each branch has its own plot to speak for it, not all of them.
-        const double before = pool.life[s].score - evidence(s, w.unseen[s], 1.0 - decide.found.miss[s]);
+        const bool counts = scored(pool.life[s]);
+        const double before = counts ? pool.life[s].score - evidence(s, w.unseen[s], 1.0 - decide.found.miss[s]) : 0.0;
         const auto becomes = [&](int slot, int e) {
             Life &one = pool.life[slot];
             one.existence = e < 0 ? miss : decide.found.hit[e];
-            one.score = before + (e < 0 ? evidence(s, w.unseen[s], 0.0) : evidence(s, 0.0, decide.found.hit[e]));
+            if (counts) one.score = before + (e < 0 ? evidence(s, w.unseen[s], 0.0) : evidence(s, 0.0, decide.found.hit[e]));
             one.plot = e < 0 ? -1 : w.ratio.plot[e], one.share = e < 0 ? 0.0 : 1.0;
             shares[slot].clear();
             if (e >= 0) shares[slot].push_back({w.ratio.plot[e], 1.0});

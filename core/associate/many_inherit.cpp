@@ -11,19 +11,23 @@ namespace jink::inline JINK_LEVEL {
 // the id, and the other one is what it would be had it begun at the parting: mostly a track of false plots, which soon ends.
 void Many::inherit(const std::vector<int> &heirs, ScanReport &report) {
     std::unordered_map<std::int64_t, int> slot_of;
+    for (int s : heirs) slot_of[pool.life[s].parent] = -1;
     for (int s = 0; s < pool.slots(); ++s)
-        if (pool.live(s)) slot_of[pool.life[s].id] = s;
+        if (pool.live(s) && pool.life[s].plots > 1)
+            if (const auto found = slot_of.find(pool.life[s].id); found != slot_of.end()) found->second = s;
     for (int s : heirs) {
         Life &one = pool.life[s];
         const std::int64_t id = std::exchange(one.parent, -1), own = one.id;
         const auto found = slot_of.find(id);
-        if (found == slot_of.end()) continue;
+        if (found->second < 0) continue;
         const int other = found->second;
         Life &elder = pool.life[other];
         const bool strangers = one.code >= 0 && elder.code >= 0 && one.code != elder.code;
         if (strangers || !(one.score > elder.score + rules.inherit)) continue;
         std::swap(one.id, elder.id), std::swap(one.begun, elder.begun), std::swap(one.age, elder.age);
-        slot_of[id] = s, slot_of[own] = other;
+        found->second = s;
+        // It may be the parent of another heir itself.
+        if (const auto now = slot_of.find(own); now != slot_of.end()) now->second = other;
         report.handed.push_back({id, own}), report.handed.push_back({own, id});
         const double odds = one.birth / (1.0 - one.birth) * std::exp(elder.score - one.parting);
         elder.existence = std::min(elder.existence, odds / (1.0 + odds));

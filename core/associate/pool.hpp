@@ -31,6 +31,9 @@ struct Life {
     bool due = true;              // this scan looks where it is, and it is not served yet
 };
 
+// Only differences of scores matter, from where a branch has parted on: most tracks that begin need none.
+inline bool scored(const Life &one) { return one.confirmed || one.plots > 2 || one.parent >= 0; }
+
 struct TrackPack {
     TrackState<Pack> state;
     std::vector<Pack> predicted, prior;  // of the scan that is being worked on
