@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -242,6 +243,7 @@ template <class T>
 Composition<T>::Composition(const Declaration &d, Lift lift_)
     : declared(d), lift(std::move(lift_)), reported(d.reported()), count(int(d.modes.size())) {
     if (proposes()) count = d.propose.slots;
+    if (count < 1 || count > int(d.modes.size())) throw std::invalid_argument("propose: expected at least one slot, and no more than modes");
     arena_size = 1;  // place 0 holds a zero
     bool alike = true;  // all modes have the same components
     for (const auto &m : d.modes) alike = alike && m.shape.n == d.modes[0].shape.n;
