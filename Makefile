@@ -31,7 +31,7 @@ test: $(ENGINE) $(VENV)/.with-test
 test-aarch64: $(VENV)/.with-test
 	scripts/test_aarch64.sh
 
-# the engine under AddressSanitizer and UBSan, then under TSan, and the tests that run it; see scripts/sanitize.sh
+# the whole suite under AddressSanitizer and UBSan, and batches and live targets under TSan; see scripts/sanitize.sh
 sanitize: $(VENV)/.with-test
 	scripts/sanitize.sh
 

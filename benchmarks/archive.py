@@ -3,6 +3,8 @@
 python -m benchmarks.archive                    4 million rows, 24 files, 20,000 targets of which one is hot
 python -m benchmarks.archive 4000000 40000000   these numbers of rows, one after the other
 python -m benchmarks.archive --kills 20         kill -9 at as many random moments, and compare the bytes
+python -m benchmarks.archive --dask             two workers of dask, then again with one killed in either stage
+python -m benchmarks.archive --hot 0.2          the share of all rows that the hot target has
 python -m benchmarks.archive --geographic       latitude and longitude instead of x and y
 """
 
@@ -40,9 +42,9 @@ def path_of(rng: np.random.Generator, rows: int, step: float) -> tuple[np.ndarra
     return x, y
 
 
-def written(folder: Path, rows: int, geographic: bool) -> list[Path]:
-    """Hourly files, each in the order of time. One target has `HOT` of all rows, the others as many as each other."""
-    hot = int(HOT * rows)
+def written(folder: Path, rows: int, geographic: bool, share: float = HOT) -> list[Path]:
+    """Hourly files, each in the order of time. One target has a share of all rows, the others as many as each other."""
+    hot = int(share * rows)
     each = (rows - hot) // (TARGETS - 1)
     hours: list[list[pl.DataFrame]] = [[] for _ in range(FILES)]
     for number in range(TARGETS):
@@ -148,25 +150,67 @@ def hash_of(folder: Path) -> str:
     return found.hexdigest()
 
 
+def names_of(output: Path) -> set[str]:
+    """Of everything that a run leaves: the folder's files and folders, and what is beside it."""
+    beside = output.parent.glob(f"{output.name}*")
+    return {path.relative_to(output.parent).as_posix() for path in (*output.rglob("*"), *beside)}
+
+
 def killed(files: list[Path], output: Path, times: int, seconds: float) -> str:
     """Kill a run at random moments of all that it takes, run it again until it is through; says what was found."""
     rng, wanted = random.Random(1), hash_of(output)
-    kept = sorted(path.relative_to(output) for path in output.rglob("*"))
+    kept = names_of(output)
     same = orphans = 0
     for number in range(times):
         shutil.rmtree(output)
+        Path(f"{output}.rejected.parquet").unlink(missing_ok=True)
         process = subprocess.Popen(command(files, output), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         time.sleep(rng.uniform(0.02, 0.98) * seconds)
         process.send_signal(signal.SIGKILL)
         process.wait()
         subprocess.run(command(files, output), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
         same += hash_of(output) == wanted
-        orphans += sorted(path.relative_to(output) for path in output.rglob("*")) != kept
+        other = names_of(output) ^ kept
+        orphans += bool(other)
+        named = f": {', '.join(sorted(other))}" if other else ""
         print(
-            f"  kill {number + 1:>2}: same bytes {same} of {number + 1}, files too many or too few {orphans}",
+            f"  kill {number + 1:>2}: same bytes {same} of {number + 1}, files too many or too few {orphans}{named}",
             flush=True,
         )
     return f"{times} kills: same bytes {same} times, files too many or too few {orphans} times"
+
+
+def on_dask(files: list[Path], output: Path, wanted: str) -> str:
+    """Two workers of dask without and with kills; says whether the bytes are those of processes, and the ratio."""
+    from distributed import LocalCluster
+
+    os.environ["POLARS_MAX_THREADS"] = "1"
+    seconds, same = [], []
+    for kill in (False, True):
+        with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster:
+            shutil.rmtree(output, ignore_errors=True)
+            seconds.append(clustered([*command(files, output), "--cluster", cluster.scheduler_address], cluster, kill))
+        same.append(hash_of(output) == wanted)
+    return (
+        f"dask: {seconds[0]:.1f} s; with a worker killed in either stage {seconds[1]:.1f} s, "
+        f"{seconds[1] / seconds[0]:.2f} times as long; same bytes {sum(same)} of 2"
+    )
+
+
+def clustered(words: list[str], cluster: Any, kill: bool) -> float:
+    """Wall seconds of a run; kill: a worker ends by `kill -9` when a third of each stage is done."""
+    began = time.perf_counter()
+    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    left = {"map", "reduce"} if kill else set()
+    for line in process.stderr:
+        event = json.loads(line)
+        if event["event"] in left and 3 * event["done"] >= event["of"]:
+            left.remove(event["event"])
+            os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL)
+    if process.wait() or left:
+        raise RuntimeError(f"the run ended with {process.returncode}, without a kill in: {left}")
+    return time.perf_counter() - began
 
 
 def main() -> None:
@@ -174,12 +218,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("rows", nargs="*", type=int, default=[4_000_000])
     parser.add_argument("--kills", type=int, default=0)
+    parser.add_argument("--dask", action="store_true")
+    parser.add_argument("--hot", type=float, default=HOT)
     parser.add_argument("--geographic", action="store_true")
     options = parser.parse_args()
     cores = len(os.sched_getaffinity(0))
     for rows in options.rows:
         with tempfile.TemporaryDirectory() as folder:
-            files = written(Path(folder), rows, options.geographic)
+            files = written(Path(folder), rows, options.geographic, options.hot)
             size = sum(path.stat().st_size for path in files)
             output = Path(folder, "tracks")
             done = tracked(files, output)
@@ -196,6 +242,8 @@ def main() -> None:
             )
             if options.kills:
                 print(killed(files, output, options.kills, done["wall"]), flush=True)
+            if options.dask:
+                print(on_dask(files, output, hash_of(output)), flush=True)
 
 
 if __name__ == "__main__":

@@ -185,6 +185,21 @@ def calm(radar: Radar, tracks: int = 800, rows: int = 200) -> Tracks:
     return Tracks(np.tile(time, tracks), z.reshape(-1, 3), np.arange(0, tracks * rows + 1, rows))
 
 
+def jumpy(radar: Radar, tracks: int = 400, rows: int = 200) -> Tracks:
+    """Level flights that change their turn rate every twenty scans or so: most packs have a row in doubt."""
+    rng = np.random.default_rng(1)
+    heading, speed = rng.uniform(0.0, 2 * np.pi, tracks), rng.uniform(80.0, 250.0, tracks)
+    changes = rng.uniform(size=(rows, tracks)) < 0.05
+    rates = np.where(rng.uniform(size=(rows, tracks)) < 0.5, 0.0, rng.normal(0.0, 0.06, (rows, tracks)))
+    since = np.maximum.accumulate(np.where(changes, np.arange(rows)[:, None], 0), axis=0)
+    turned = heading + radar.period * np.cumsum(np.take_along_axis(rates, since, axis=0), axis=0)
+    velocity = speed[..., None] * np.stack([np.cos(turned), np.sin(turned), 0 * turned], axis=-1)
+    z = radar.period * np.cumsum(velocity, axis=0).swapaxes(0, 1)
+    z += rng.standard_normal(z.shape) * (radar.range_sd, radar.range_sd, HEIGHT_SD)
+    time = np.tile(radar.period * np.arange(rows), tracks)
+    return Tracks(time, z.reshape(-1, 3), np.arange(0, tracks * rows + 1, rows))
+
+
 def cost(radar: Radar, tracks: Tracks, pairs: int = 9) -> str:
     """CPU time with hindsight over that without: median and quartiles of pairs of runs, side by side."""
     filters = build(radar, hindsight=False), build(radar)
@@ -216,6 +231,7 @@ def main() -> None:
     for radar in RADARS:
         if given.cost:
             print(f"{radar.name}; none in doubt: {cost(radar, calm(radar))}", flush=True)
+            print(f"{radar.name}; targets that jump: {cost(radar, jumpy(radar))}", flush=True)
         for share in (given.share, 0.0) if given.share else (0.0,):
             data = seen(some, radar, share, given.scale, given.draws)
             title = f"{radar.name}; {100 * share:g} % outliers of {given.scale:g} times the noise"

@@ -40,7 +40,6 @@ def tracker_of(sky: Sky, row: Row) -> jink.Tracker:
         period=sky.interval,
         area=sky.area,
         learn_clutter=not sky.around,  # clutter that goes with the targets has no density to learn
-        learn_detection=row.learns,
     )
     return jink.Tracker(
         filter_of(sky),

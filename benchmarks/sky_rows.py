@@ -19,7 +19,6 @@ class Row:
     association: str = "marginal"
     clutter: float = 1.0  # believed, of the true one
     detection: float | None = None  # believed, where it is another than the true one
-    learns: bool = False  # the detection probability
     against: str = ""  # label of the row whose GOSPA this one's is divided by
 
 
@@ -50,7 +49,6 @@ WRONG = [
     ("clutter × 3", {"clutter": 3.0}),
     ("clutter ÷ 3", {"clutter": 1 / 3}),
     *((f"Pd {p}", {"detection": p}) for p in (0.7, 0.98)),
-    *((f"Pd {p}, learned", {"detection": p, "learns": True}) for p in (0.7, 0.98)),
 ]
 OTHERS = ("gnn", "nearest", "pda", "jpda")
 

@@ -4,11 +4,12 @@
 #     scripts/sanitize.sh [memory] [threads] [-- arguments of pytest]
 #
 # memory: AddressSanitizer and UndefinedBehaviorSanitizer, on the v3 level (4 lanes, AVX2) and on the baseline level (plain
-# x86-64 code); one live target runs the scalar code on both. All tests of the engine run on v3. The baseline level is of the
-# same sources, so it runs those alone that feed it hostile arguments, and the contract. threads: ThreadSanitizer, on batches
-# and live targets. It prints one line per run, with the tests and the reports; the reports' texts stay in build/sanitize.
-# LEVELS="v3" runs one level alone, JOBS=1 compiles one file at a time, MINUTES=60 bounds the tests of one run. The exit status
-# is 1 where there is a report, a failed test, or no end in time.
+# x86-64 code); one live target runs the scalar code on both. The whole suite runs on v3, without the pages in a browser: no
+# engine runs there. Commands that tests start take the sanitizer over. The baseline level is of the same sources, so it runs
+# those tests alone that feed it hostile arguments, and the contract. threads: ThreadSanitizer, on batches and live targets. It
+# prints one line per run, with the tests and the reports; the reports' texts stay in build/sanitize.
+# LEVELS="v3" runs one level alone, JOBS=1 compiles one file at a time, WORKERS=2 runs so many tests at once (1), MINUTES=240
+# bounds the tests of one run. The exit status is 1 where there is a report, a failed test, or no end in time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD/build/sanitize
@@ -21,7 +22,7 @@ while [ $# -gt 0 ] && [ "$1" != -- ]; do what+=("$1"); shift; done
 [ $# -gt 0 ] && shift
 [ ${#what[@]} -gt 0 ] || what=(memory threads)
 
-memory_tests=(tests/contract tests/filters tests/models tests/test_fuzz_public.py)
+memory_tests=(tests --ignore=tests/report/test_in_browser.py)
 baseline_tests=(tests/contract tests/filters/test_untrusted.py tests/filters/test_bad_input.py tests/test_fuzz_public.py)
 thread_tests=(tests/contract/test_contract_batch.py tests/filters/test_untrusted.py)
 
@@ -45,12 +46,12 @@ run() {
   shift 3
   rm -f "$here"/report.*
   # GCC's C++ library comes first, so that the sanitizer sees exceptions
-  timeout $((60 * ${MINUTES:-60})) env LD_PRELOAD="$(g++ -print-file-name="$library") $(g++ -print-file-name=libstdc++.so.6)" PYTHONPATH="$here/package" \
+  timeout $((60 * ${MINUTES:-240})) env LD_PRELOAD="$(g++ -print-file-name="$library") $(g++ -print-file-name=libstdc++.so.6)" PYTHONPATH="$here/package" \
     PYTHONMALLOC=malloc PYTHONDONTWRITEBYTECODE=1 OPENBLAS_NUM_THREADS=1 JINK_ISA="$level" JINK_SANITIZED="$name" \
     ASAN_OPTIONS="detect_leaks=0:allocator_may_return_null=1:detect_stack_use_after_return=1:log_path=$here/report" \
     UBSAN_OPTIONS="print_stacktrace=1:log_path=$here/report" \
     TSAN_OPTIONS="halt_on_error=0:history_size=4:log_path=$here/report" \
-    $SETARCH "$python" -m pytest -p no:cacheprovider "$@" >"$here/tests.log" 2>&1 || status=$?
+    $SETARCH "$python" -m pytest -p no:cacheprovider -n "${WORKERS:-0}" "$@" >"$here/tests.log" 2>&1 || status=$?
   local reports
   reports=$(cat "$here"/report.* 2>/dev/null | grep -cE 'runtime error:|ERROR: AddressSanitizer|WARNING: ThreadSanitizer' || true)
   printf '%-18s %s; reports: %s; exit status %s; %d s\n' "$name" "$(grep -E '(passed|failed|error)' "$here/tests.log" | tail -1)" "$reports" "$status" $((SECONDS - began))

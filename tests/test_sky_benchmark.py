@@ -12,11 +12,12 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks import skies, sky_radars
-from benchmarks.sky_measures import figures, measure, side_by_side
-from benchmarks.sky_rows import MUST, most, rows
+from benchmarks import skies, sky_radars, sky_switches
+from benchmarks.sky_measures import figures, measure, side_by_side, tracker_of
+from benchmarks.sky_rows import MUST, Row, most, rows
 from jink.metrics.figure import Figure
-from jink.metrics.skies import Picture
+from jink.metrics.skies import Picture, sky_figures
+from jink.scenarios.skies import sky_called
 
 
 def test_a_figure_beyond_its_limit_is_said_to_be_missed():
@@ -60,3 +61,16 @@ def test_every_row_of_the_aims_has_a_limit_and_runs():
     assert all(row.limits for row in rows([], False) if row.against)
     found = figures(measure(replace(MUST[4], runs=2), 3))
     assert set(MUST[4].limits) <= set(found)
+
+
+def test_every_switch_has_a_cause():
+    sky = sky_called("sky-parallel-50")
+    found, counted = [], 0.0
+    for run in sky.runs(4, 3):
+        tracker = tracker_of(sky, Row("C", "sky-parallel-50", 1))
+        pictures = [Picture(p.ids[p.confirmed], p.positions[p.confirmed]) for p in sky_switches.scanned(tracker, run)]
+        found += sky_switches.switches(sky, run, pictures)
+        counted += sky_figures([run.truth], [pictures], sky.cutoff).switches.value
+    assert len(found) == counted > 1
+    # two aircraft that live from the first scan to the last exchange tracks
+    assert {each.cause for each in found} == {"exchanged"} and not any(each.young for each in found)

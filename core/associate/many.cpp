@@ -98,6 +98,7 @@ void Many::weigh(int sensor) {
     Weighing &w = weighing;
     w.ratio.clear(plots.count);
     w.distance2.clear();
+    parents.assign(plots.count, Parent());
     w.speed.resize(std::isfinite(rules.abreast) ? pool.slots() : 0);
     w.existence.resize(pool.slots()), w.detection.resize(pool.slots()), w.unseen.resize(pool.slots());
     for (int s = 0; s < pool.slots(); ++s) {
@@ -119,11 +120,18 @@ void Many::weigh(int sensor) {
                 double value = log_detection + each.log_likelihood - log_ground - plots.log_unit[each.plot];
                 const std::int64_t code = plots.code[each.plot];
                 if (code >= 0 && one.code >= 0) value += code == one.code ? told : -told;
+                if (one.confirmed && value > parents[each.plot].gain) parents[each.plot] = {one.id, one.score, value};
                 w.ratio.plot.push_back(each.plot), w.ratio.value.push_back(value), w.distance2.push_back(each.distance2);
             }
         }
         w.ratio.begin.push_back(int(w.ratio.plot.size()));
     }
+}
+
+// log of how much likelier the scan is if the track is there than if it is not, of these chances: without a plot, and with one.
+double Many::evidence(int s, double unseen, double hit) const {
+    const double r = std::max(weighing.existence[s], 1e-300), gone = 1.0 - r + r * weighing.unseen[s];
+    return std::log(std::max(unseen + hit * gone / (r * std::max(decide.found.miss[s], 1e-300)), 1e-300));
 }
 
 // What a track takes in, and how probable it is then that it exists.
@@ -154,6 +162,7 @@ void Many::share_out(int s) {
     one.existence = std::min(after, 1.0);
     one.plot = best < 0 ? -1 : w.ratio.plot[best];
     one.share = hit;
+    if (scored(one) && !idle(s)) one.score += hard && best >= 0 ? w.ratio.value[best] : evidence(s, unseen, hit);
 }
 
 // Is a track neither due in this sector nor more probably than not seen in it? Then the sector leaves it as it is: it keeps its time,
@@ -191,9 +200,13 @@ void Many::split(int sensor) {
             continue;
         }
         std::sort(branches.begin(), branches.end());
+        // Each branch has its own plot to speak for it, not all of them.
+        const bool counts = scored(pool.life[s]);
+        const double before = counts ? pool.life[s].score - evidence(s, w.unseen[s], 1.0 - decide.found.miss[s]) : 0.0;
         const auto becomes = [&](int slot, int e) {
             Life &one = pool.life[slot];
             one.existence = e < 0 ? miss : decide.found.hit[e];
+            if (counts) one.score = before + (e < 0 ? evidence(s, w.unseen[s], 0.0) : evidence(s, 0.0, decide.found.hit[e]));
             one.plot = e < 0 ? -1 : w.ratio.plot[e], one.share = e < 0 ? 0.0 : 1.0;
             shares[slot].clear();
             if (e >= 0) shares[slot].push_back({w.ratio.plot[e], 1.0});
@@ -232,6 +245,7 @@ void Many::bear(double t, int sensor, ScanReport &report) {
         one.existence = one.birth = r, one.begun = one.seen = t;
         one.plots = 1, one.plot = j, one.share = 1.0;
         one.served = one.hit = t;
+        if (const Parent &of = parents[j]; of.id >= 0) one.parent = of.id, one.parting = of.score, one.score = of.score + of.gain;
         pool.packs[slot / lanes].state.time[slot % lanes] = plots.time.empty() ? t : plots.time[j];
         born.push_back({slot, j});
     }
@@ -264,6 +278,7 @@ bool Many::outside(int s) const {
 void Many::judge(double t, int sensor, ScanReport &report) {
     const double least = 1e-15;
     const bool looked = sensors[sensor].scanning;
+    std::vector<int> heirs;
     for (int s = 0; s < pool.slots(); ++s) {
         if (!pool.live(s)) continue;
         Life &one = pool.life[s];
@@ -287,8 +302,10 @@ void Many::judge(double t, int sensor, ScanReport &report) {
         one.outside = outside(s);
         one.confirmed = !one.outside && one.existence > (one.confirmed ? rules.keep : rules.confirm);
         report.confirmed += one.confirmed;
+        if (one.confirmed && one.parent >= 0) heirs.push_back(s);
         if (one.plot >= 0) one.plot = plots.row[one.plot];
     }
+    if (!heirs.empty()) inherit(heirs, report);
     if (looked && sector.last && rules.merge_after > 0) merge(report);
     pool.shrink();
     report.living = pool.living();
@@ -358,8 +375,14 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows, const Sector &
     if (rules.likelihood && sector.whole()) report.log_likelihood = log_likelihood(sensor);
     report.inexact = decide.inexact;
     for (int s = 0; s < pool.slots(); ++s)
-        if (pool.live(s)) share_out(s);
-        else shares[s].clear();
+        if (pool.live(s)) {
+            share_out(s);
+            const Life &one = pool.life[s];
+            const bool counts = weighing.unseen[s] < 1.0 && weighing.existence[s] > rules.sure && one.plots >= 5;
+            report.sure += counts, report.seen += counts && one.share > 0.5;
+        } else {
+            shares[s].clear();
+        }
     std::vector<int> idlers;  // found first, since twins of others take free slots
     for (int s = 0; s < pool.slots() && !sector.whole(); ++s)
         if (idle(s)) idlers.push_back(s), shares[s].clear();

@@ -59,9 +59,11 @@ struct ManyRules {
     double abreast = INFINITY;                 // squared distance of velocities from which tracks do not own plots against each other
     double merge_within = 1.0;                 // squared distance below which two tracks may follow one target
     int merge_after = 5;                       // scans in a row after which the younger one ends; 0: never
+    double inherit = 2.0;                      // a branch takes its parent's id if its score is higher by so much; infinite: never
     bool split = true;
     double patience = 0.1;                     // existence from which a track without a second plot in its second scan goes on
     int young = 2, crowd = 8;                  // scans and plots: older, with r < 0.5 and more plots in the gate, a track is dropped
+    double sure = 0.95;                        // existence before a scan from which its plot or miss tells of the detection probability
     int most_plots = 64, most_tracks = 200000;
     bool likelihood = false;                   // report that of each scan
     int threads = 1;
@@ -70,8 +72,16 @@ struct ManyRules {
 // What a scan came to.
 struct ScanReport {
     int plots = 0, unusable = 0, born = 0, dropped = 0, merged = 0, living = 0, confirmed = 0;
+    int sure = 0, seen = 0;  // tracks that were surely there before the scan looked where they are, and those of them that had a plot
     bool crowded = false, full = false, inexact = false;  // gates with too many plots; no room for more tracks; JPDA by beliefs
     double log_likelihood = NAN;                          // of the scan's plots given those before
+    std::vector<std::pair<std::int64_t, std::int64_t>> handed;  // tracks that go on under another id: the new one and the old one
+};
+
+// The confirmed track whose next plot a plot most probably is: its score before it, and what the plot would add.
+struct Parent {
+    std::int64_t id = -1;
+    double score = 0.0, gain = -INFINITY;
 };
 
 // Where an established track is, and how surely: for merging.
@@ -118,6 +128,7 @@ class Many {
     std::vector<TrackState<Pack>> before;            // of each pack, where a scan is a sector
     int dropped = 0;
     Sector sector;
+    std::vector<Parent> parents;                     // of each plot
     std::vector<Place> places;                       // of the established tracks
     std::vector<std::pair<std::int64_t, int>> found; // of each slot: an older track beside it, and for how many scans
 
@@ -126,6 +137,7 @@ class Many {
     Speed speed_of(int slot) const;
     void weigh(int sensor);
     void split(int sensor);
+    double evidence(int slot, double unseen, double hit) const;
     void share_out(int slot);
     bool idle(int slot) const;
     void leave(const std::vector<int> &idle);
@@ -136,6 +148,7 @@ class Many {
     void judge(double t, int sensor, ScanReport &report);
     void place(int slot);
     void merge(ScanReport &report);
+    void inherit(const std::vector<int> &heirs, ScanReport &report);
     template <class F> void over_packs(F work);
 };
 

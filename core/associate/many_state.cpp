@@ -26,7 +26,7 @@ namespace {
 // The numbers of a track's life, in one order.
 template <class One, class F> void each_of_life(One &one, F f) {
     f(one.id), f(one.code), f(one.existence), f(one.birth), f(one.begun), f(one.seen), f(one.age), f(one.plots), f(one.confirmed), f(one.plot), f(one.share), f(one.outside),
-        f(one.beside), f(one.together), f(one.served), f(one.hit);
+        f(one.beside), f(one.together), f(one.served), f(one.hit), f(one.score), f(one.parent), f(one.parting);
 }
 
 }  // namespace

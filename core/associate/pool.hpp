@@ -25,8 +25,14 @@ struct Life {
     int together = 0;             // scans in a row in which it does
     double served = -INFINITY;    // when a sectored antenna last did its sector, or it had a plot
     double hit = -INFINITY;       // when it last had a plot
+    double score = 0.0;           // log of what its plots and misses say for it, against their being false; goes on from the parent's
+    std::int64_t parent = -1;     // id of the confirmed track whose next plot its first one could have been; until it is confirmed
+    double parting = 0.0;         // the parent's score before that plot
     bool due = true;              // this scan looks where it is, and it is not served yet
 };
+
+// Only differences of scores matter, from where a branch has parted on: most tracks that begin need none.
+inline bool scored(const Life &one) { return one.confirmed || one.plots > 2 || one.parent >= 0; }
 
 struct TrackPack {
     TrackState<Pack> state;

@@ -82,6 +82,8 @@ nb::dict report_of(const ScanReport &r) {
     out["plots"] = r.plots, out["unusable"] = r.unusable, out["born"] = r.born, out["dropped"] = r.dropped, out["merged"] = r.merged;
     out["living"] = r.living, out["confirmed"] = r.confirmed;
     if (!std::isnan(r.log_likelihood)) out["log_likelihood"] = r.log_likelihood;
+    out["sure"] = r.sure, out["seen"] = r.seen;
+    out["handed"] = nb::cast(r.handed);
     out["crowded"] = r.crowded, out["full"] = r.full, out["inexact"] = r.inexact;
     return out;
 }
@@ -244,6 +246,8 @@ void bind_rules(nb::module_ &module) {
         .def_rw("established", &ManyRules::established)
         .def_rw("left", &ManyRules::left)
         .def_rw("abreast", &ManyRules::abreast)
+        .def_rw("sure", &ManyRules::sure)
+        .def_rw("inherit", &ManyRules::inherit)
         .def_rw("merge_within", &ManyRules::merge_within)
         .def_rw("merge_after", &ManyRules::merge_after)
         .def_rw("split", &ManyRules::split)

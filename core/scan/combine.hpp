@@ -27,11 +27,11 @@ template <class T> class Combine {
         if (!(all.block == 3 && own.block == 2 && turning) && !(all.turn && !own.turn && (own.block == 3 || turning)))
             return copy(mode, from, x, P);
         T J[largest_state * largest_state];  // of the reported components by the mode's own
-        for (int k = 0; k < all.n * own.n; ++k) J[k] = splat<T>(0.0);
+        for (int k = 0; P && k < all.n * own.n; ++k) J[k] = splat<T>(0.0);
         for (int i = 0; i < all.n; ++i) {
             const int at = place_of(all, i, own);
             x[i] = at >= 0 ? from[at] : splat<T>(0.0);
-            if (at >= 0) J[i * own.n + at] = splat<T>(1.0);
+            if (P && at >= 0) J[i * own.n + at] = splat<T>(1.0);
         }
         if (all.block == 3 && own.block == 2) turning_acceleration(mode, from, x, J);
         if (all.turn && !own.turn) turn_rate(mode, from, x + all.n - 1, J + (all.n - 1) * own.n);

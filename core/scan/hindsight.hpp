@@ -48,16 +48,20 @@ template <class T> class Hindsight {
     TrackState<T> state;
     std::vector<Innovation<T>> innovations;
 
-    // A scan begins. In the lanes in doubt s becomes the bank that was updated.
-    void part(TrackState<T> &s, Mask<T> going, T dt, const T *input) {
+    // A scan begins. In the lanes in doubt s becomes the bank that was updated, which `mine` is about to predict.
+    void part(TrackState<T> &s, Propagate<T> &mine, Mask<T> going, T dt, const T *input) {
         s.doubt = select<T>(s.running & going, s.doubt, splat<T>(0.0));
         weight = s.doubt;
         const Mask<T> lanes_in_doubt = weight > splat<T>(0.0);
         following = any(lanes_in_doubt);
         if (!following) return;
         recall(s.believed, lanes_in_doubt, s);
+        // the banks that were kept are large, and nothing of the other bank asks for them
+        std::vector<T> believed = std::move(s.believed), doubted = std::move(s.doubted);
         state = s;
+        s.believed = std::move(believed), s.doubted = std::move(doubted);
         recall(s.doubted, lanes_in_doubt, state);
+        ahead.elapse_as(mine, dt);
         ahead(state, dt, input, nullptr);
     }
 
@@ -127,9 +131,9 @@ template <class T> class Hindsight {
         s.height_in_doubt = select<T>(fresh, select<T>(height, s.time, s.last_height), s.height_in_doubt);
     }
 
-    // What goes out while both are followed.
-    void blend(TrackState<T> &s, Mask<T> doubtful) const {
-        recall(s.believed, doubtful, s);
+    // What goes out while both are followed. In the lanes that were not gated s still is the bank that was updated.
+    void blend(TrackState<T> &s, Mask<T> doubtful, Mask<T> gated) const {
+        if (any(doubtful & gated)) recall(s.believed, doubtful, s);
         merge_banks(c, doubtful, s.doubt, s.arena.data(), s.probability.data(), s.doubted.data(), s.doubted.data() + c.arena_size);
     }
 

@@ -191,7 +191,7 @@ template <class T> class PlaneCorrector {
         const double *V = b + hidden, *v = V + 3 * hidden, *W = v + 3;
         for (int k = 0; k < 5; ++k) y[k] = splat<T>(0.0);
         int j = 0;
-        for (; j + 4 <= hidden; j += 4) units<4>(j, A + j * even, B + j * plane_odd, b + j, V, W, u, w, y);
+        for (; j + 8 <= hidden; j += 8) units<8>(j, A + j * even, B + j * plane_odd, b + j, V, W, u, w, y);
         for (; j < hidden; ++j) units<1>(j, A + j * even, B + j * plane_odd, b + j, V, W, u, w, y);
         y[0] = y[0] + v[0], y[2] = y[2] + v[1], y[4] = y[4] + v[2];
     }

@@ -21,6 +21,12 @@ template <class T> class Propagate {
 
     // Elapsed-time coefficients and transition matrix; kept while the step stays the same.
     void elapse(T dt);
+    // The same as another's, of the same filter: nothing is worked out twice.
+    void elapse_as(Propagate &other, T dt) {
+        if (c.varying || c.proposes() || all(dt == last_dt)) return;
+        other.elapse(dt);
+        last_dt = dt, coefficients = other.coefficients, pi = other.pi;
+    }
     const T *coefficient(int j) const { return &coefficients[j * largest_coefficients]; }
     // Of all modes those of this scan, the noise that was asked for included; nothing where they do not vary.
     void used(std::vector<T> &out) const {

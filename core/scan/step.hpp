@@ -176,7 +176,8 @@ template <class T> class Step {
         out.gated = out.restarted = out.initialised = out.decided = out.upheld = splat_mask<T>(false);
         out.scored = out.measured & s.running;
         if (hindsight.two()) update_bank(hindsight.state, hindsight.ahead, hindsight.innovations, sensor, m, detail);
-        const Hypotheses<T> all_modes = hindsight.two() ? hindsight.joined(hypotheses()) : hypotheses();
+        const bool over_both = hindsight.two() && (detail & (with_nis | with_pit));
+        const Hypotheses<T> all_modes = over_both ? hindsight.joined(hypotheses()) : hypotheses();
         if (detail & with_nis) out.nis = matched_nis(all_modes, spec.rows, m.present);
         if (detail & with_pit) {
             for (auto &value : out.pit) value = nan_of<T>();
@@ -286,7 +287,7 @@ template <class T> class Step {
         Mask<T> doubtful = splat_mask<T>(false);
         if (hindsight.active()) doubtful = hindsight.begin(s, ahead, out.measured & s.running & inverse(explained | out.restarted), target, outlier);
         if (any(out.gated)) keep_prediction(s, input, out.gated);
-        if (any(doubtful)) hindsight.blend(s, doubtful);
+        if (any(doubtful)) hindsight.blend(s, doubtful, out.gated);
     }
 
     void keep_prediction(TrackState<T> &s, const T *input, Mask<T> which) {
@@ -429,7 +430,7 @@ template <class T> Outcome<T> Step<T>::step(TrackState<T> &s, const Scan<T> &sca
         if (c.declared.outlier_share > 0.0) before = s;
         ahead(s, dt, scan.input, &fix);
     } else {
-        if (hindsight.active()) hindsight.part(s, scan.active, dt, scan.input);
+        if (hindsight.active()) hindsight.part(s, ahead, scan.active, dt, scan.input);
         ahead(s, dt, scan.input, nullptr);
     }
     s.time = select<T>(scan.active, scan.time, s.time);

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
-import threading
 import warnings
-from pathlib import Path
 
-import polars as pl
 import pytest
-from polars.testing import assert_frame_equal
 from test_archive import SAME, all_rows, flights, hashes, in_files, track
 
 from jink.archive import job, run
@@ -71,43 +67,3 @@ def test_no_scheduler_is_said(tmp_path, hours):
     pytest.importorskip("distributed")
     with pytest.raises(Stopped, match="no scheduler answers"):
         How(GB, 2, cluster="tcp://127.0.0.1:9").workers()
-
-
-def test_an_object_store_has_complete_objects_and_the_manifest_last(tmp_path, hours):
-    fsspec = pytest.importorskip("fsspec")
-    store = fsspec.filesystem("memory")
-    where = f"memory://archive{threading.get_ident()}/tracks"
-    once = run.reduce_bucket
-    seen = []
-
-    def reduce_bucket(*arguments):
-        assert not store.glob(f"{where}/.jink/manifest.json")
-        if len(seen) == 3:
-            raise KeyboardInterrupt
-        seen.append(arguments[2])
-        return once(*arguments)
-
-    def made():
-        return track_archive(hours, where, Reading(), Settings(), How(GB, 1), lambda event: None)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run, "reduce_bucket", reduce_bucket)
-        with pytest.raises(KeyboardInterrupt):
-            made()
-    summary, written = made()
-    assert written == [where, f"{where}.rejected.parquet"]
-    track(*hours, "-o", f"{tmp_path}/whole/", *SAME)
-    root = where.removeprefix("memory:/")
-    for name, wanted in hashes(tmp_path / "whole").items():
-        assert _hash(store.cat_file(f"{root}/{name}")) == wanted
-    with store.open(f"{root}.rejected.parquet") as handle:
-        rejected = pl.read_parquet(handle.read())
-    assert_frame_equal(rejected, pl.read_parquet(Path(f"{tmp_path}/whole.rejected.parquet")))
-    assert summary["accepted"] + rejected.height == summary["rows"]
-    store.rm(where.removeprefix("memory:/").rpartition("/")[0], recursive=True)
-
-
-def _hash(content: bytes) -> str:
-    import hashlib
-
-    return hashlib.sha256(content).hexdigest()

@@ -16,7 +16,7 @@ from polars.testing import assert_frame_equal
 from test_archive import SAME, all_rows, flights, hashes, in_files, refused, track
 from typer.testing import CliRunner
 
-from jink.archive import mapping, reading, run, settling
+from jink.archive import reading, run, settling
 from jink.cli.main import app
 from jink.tracking import prepare
 
@@ -158,6 +158,34 @@ def test_files_that_do_not_go_together_are_refused_with_both(tmp_path, hours):
     assert "geographic positions and" in refused(*hours, plane, "-o", f"{tmp_path}/b/", *SAME)
 
 
+def test_dates_and_plain_seconds_are_refused_with_the_columns_of_both(tmp_path, hours):
+    seconds = tmp_path / "seconds.parquet"
+    table = pl.read_parquet(hours[0]).drop("callsign")
+    table.with_columns(pl.col("time") - 1.7e9).rename({"time": "t"}).write_parquet(seconds)
+    said = refused(*hours, seconds, "-o", f"{tmp_path}/a/", *SAME)
+    assert "hour0.parquet has dates and" in said and "seconds.parquet has plain seconds" in said
+    lines = said.splitlines()
+    assert any("hour0.parquet: " in line and "time = time" in line for line in lines)
+    assert any("seconds.parquet: " in line and "time = t" in line for line in lines)
+    assert names_of(tmp_path / "a/bucket=000") == []
+
+
+def test_files_of_other_units_names_and_types_are_unified(tmp_path, hours):
+    """Feet and metres, another name of the same column, text and numbers, written dates and seconds since 1970."""
+    table = pl.read_parquet(hours[1])
+    table = table.with_columns(altitude=pl.col("altitude") / 0.3048).rename({"altitude": "altitude_ft"})
+    table.write_parquet(hours[1])
+    pl.read_parquet(hours[2]).rename({"latitude": "lat", "longitude": "lon"}).cast({"lat": pl.String}).write_parquet(
+        hours[2]
+    )
+    date = pl.from_epoch(pl.col("time").cast(pl.Int64)).dt.strftime("%Y-%m-%dT%H:%M:%SZ")
+    pl.read_parquet(hours[3]).with_columns(time=date).write_parquet(hours[3])
+    track(*hours, "-o", tmp_path / "whole.parquet")
+    track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
+    expected = pl.read_parquet(tmp_path / "whole.parquet").sort("target", "time", maintain_order=True)
+    assert_frame_equal(all_rows(tmp_path / "tracks"), expected, check_exact=True)
+
+
 def test_files_of_different_columns_are_unified(tmp_path, hours):
     pl.read_parquet(hours[1]).drop("callsign").write_parquet(hours[1])
     pl.read_parquet(hours[2]).with_columns(callsign=pl.lit(7)).write_parquet(hours[2])
@@ -165,18 +193,6 @@ def test_files_of_different_columns_are_unified(tmp_path, hours):
     track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
     expected = pl.read_parquet(tmp_path / "whole.parquet").sort("target", "time", maintain_order=True)
     assert_frame_equal(all_rows(tmp_path / "tracks"), expected, check_exact=True)
-
-
-def test_a_full_disk_is_said_and_the_run_goes_on_later(tmp_path, hours, monkeypatch):
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(mapping, "_write", full)
-        done = CliRunner().invoke(app, ["track", *map(str, hours), "-o", f"{tmp_path}/tracks/", *SAME, "--quiet"])
-    assert done.exit_code == 1
-    assert "the disk is full; make room and run the same command again" in done.stderr
-    track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
 
 
 def test_events_say_rows_speed_and_time_left(tmp_path, hours):
@@ -217,3 +233,11 @@ def test_a_folder_that_is_not_complete_is_not_read(tmp_path, hours):
     (tmp_path / "tracks/.jink/manifest.json").unlink()
     done = CliRunner().invoke(app, ["compare", f"{tmp_path}/tracks/", "--filters", "kalman-cv,imm"])
     assert done.exit_code == 2 and "is not complete" in done.output
+
+
+def test_run_again_a_complete_folder_keeps_every_file_and_folder(tmp_path, hours):
+    track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
+    first = sorted((tmp_path / "tracks").rglob("*"))
+    assert not any(path.name == "spare" for path in first)
+    track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
+    assert sorted((tmp_path / "tracks").rglob("*")) == first

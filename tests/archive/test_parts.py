@@ -1,5 +1,7 @@
 """A bucket is tracked in parts of whole targets: nothing is lost, and how large the parts are changes no row."""
 
+import sys
+
 import polars as pl
 from hypothesis import given
 from hypothesis import strategies as st
@@ -18,6 +20,14 @@ def test_parts_have_whole_targets_in_order(targets, most):
         assert part.height <= most or part["target"].n_unique() == 1
     held = [set(part["target"]) for part in parts]
     assert sum(map(len, held)) == len(set(targets))
+
+
+def test_a_part_is_held_by_its_taker_alone():
+    """Otherwise a busy target's rows would stay in memory while they are tracked."""
+    parts = whole_targets(pl.DataFrame({"target": ["a", "a", "b"]}), 2)
+    for part in parts:
+        # the name here and the argument of the function
+        assert sys.getrefcount(part) == 2
 
 
 def test_the_size_of_the_parts_changes_no_row(tmp_path, monkeypatch):

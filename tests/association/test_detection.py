@@ -18,37 +18,77 @@ def tracker(**radar):
     return jink.Tracker(filter, jink.Radar(**options), targets=4, new_per_hour=18, stay=100.0, speed_sd=1.0)
 
 
-def test_what_is_declared_stays_unless_it_is_to_be_learned():
-    made = tracker()
-    for scan in SKY.run(0, 2).scans[:20]:
+def test_what_is_declared_stays_where_it_is_not_to_be_learned():
+    made = tracker(learn_detection=False)
+    for scan in SKY.run(0, 2).scans:
         made.scan(scan.time, scan.z)
     assert made.detection == {"radar": 0.98}
+
+
+def test_what_is_declared_stays_where_it_is_true():
+    for number in range(4):
+        made = tracker(detection=0.9)
+        for scan in SKY.run(number, 2).scans:
+            made.scan(scan.time, scan.z)
+            assert made.detection == {"radar": 0.9}
+
+
+def test_an_outage_says_nothing_of_other_scans():
+    found = Detections()
+    for _ in range(5):
+        found.take({"seen": 180, "sure": 200}, 0.9)
+    found.take({"seen": 0, "sure": 200}, 0.9)
+    assert found.probability(0.9) == 0.9
+
+
+def test_a_sensor_that_sees_far_less_is_believed_in_the_end():
+    found = Detections()
+    for _ in range(80):
+        found.take({"seen": 80, "sure": 200}, 0.9)
+    assert found.probability(0.9) == pytest.approx(0.4, abs=0.02)
 
 
 @pytest.mark.parametrize("declared", [0.7, 0.98])
 def test_the_share_of_scans_with_a_plot_is_learned(declared):
     found = []
     for number in range(4):
-        made = tracker(detection=declared, learn_detection=True)
+        made = tracker(detection=declared)
         for scan in SKY.run(number, 2).scans:
             made.scan(scan.time, scan.z)
         found.append(made.detection["radar"])
-    # some 250 track-scans a run, and what is declared counts as 30 more
-    assert np.mean(found) == pytest.approx((30 * declared + 250 * 0.9) / 280, abs=3 * np.sqrt(0.09 / 1000))
+    # some 220 track-scans a run, and what is declared counts as 10 more
+    assert np.mean(found) == pytest.approx((10 * declared + 220 * 0.9) / 230, abs=3 * np.sqrt(0.09 / 880))
 
 
-def test_the_mean_of_a_beta_distribution():
-    assert Detections(90.0, 100.0).probability(0.7) == pytest.approx((0.7 * WEIGHT + 90) / (WEIGHT + 100))
+def test_a_track_is_counted_by_what_is_known_before_the_scan():
+    """A sure track that is missed counts; one that is unsure does not, though its plot makes it sure."""
+    made = tracker(detection=0.5, clutter_per_scan=1e-3)
+    counts = []
+    for k in range(9):
+        counts.append(made.scan(float(k), [] if k in (6, 7) else [[100.0 + k, 100.0]]).report)
+    # five plots in scans 0 to 4
+    assert [(each["sure"], each["seen"]) for each in counts[:7]] == [(0, 0)] * 5 + [(1, 1), (1, 0)]
+    made = tracker(detection=0.99, clutter_per_scan=1e-3)
+    for k in range(9):
+        report = made.scan(float(k), [] if k in (6, 7) else [[100.0 + k, 100.0]]).report
+    assert (report["sure"], report["seen"]) == (0, 0)
+
+
+def test_only_what_contradicts_a_declared_probability_corrects_it():
+    # 0.85 of 100 lies 1.7 standard errors from 0.9, of 400 3.3
+    assert Detections(85.0, 100.0).probability(0.9) == 0.9
+    assert Detections(340.0, 400.0).probability(0.9) == pytest.approx((0.9 * WEIGHT + 340) / (WEIGHT + 400))
     assert Detections(0.0, 1e9).probability(0.9) == 0.05
     assert Detections(1e9, 1e9).probability(0.9) == 0.99
+    assert Detections().probability(0.9) == 0.9
 
 
 def test_what_was_learned_goes_with_the_saved_state():
-    one = tracker(learn_detection=True)
+    one = tracker()
     scans = SKY.run(1, 2).scans
     for scan in scans[:30]:
         one.scan(scan.time, scan.z)
-    other = tracker(learn_detection=True)
+    other = tracker()
     other.load(one.save())
     for scan in scans[30:50]:
         a, b = one.scan(scan.time, scan.z), other.scan(scan.time, scan.z)

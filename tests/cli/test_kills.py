@@ -37,22 +37,26 @@ def test_a_killed_command_tears_nothing(folder, what):
     assert left_behind(folder) == [] and all(whole(folder / name) for name in COMMANDS[what].outputs)
 
 
-def test_a_kill_between_writing_and_renaming(folder):
+@pytest.mark.parametrize("what", ["track", "fit", "learn", "compare --report"])
+def test_a_kill_between_writing_and_renaming(folder, what):
     """The moment when most is there and nothing is finished."""
+    command = COMMANDS[what]
     slow = (
         "import sys, time; from jink.io import temporary\n"
         "real = temporary._to_disk\n"
         "temporary._to_disk = lambda path: (real(path), print(flush=True), time.sleep(60))\n"
         "from jink.cli.main import main\n"
-        f"sys.argv = ['jink', *{COMMANDS['track'].words!r}]\n"
+        f"sys.argv = ['jink', *{command.words!r}]\n"
         "main()\n"
     )
     with subprocess.Popen([sys.executable, "-c", slow], cwd=folder, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None and process.stdout.readline() == b"\n"
         process.send_signal(signal.SIGKILL)
     assert len(left_behind(folder)) == 1
-    assert {entry.name for entry in folder.iterdir() if entry.name[0] != "."} == {"plots.parquet"}
-    assert start(folder, COMMANDS["track"].words).wait() == 0 and left_behind(folder) == []
+    there = {entry.name for entry in folder.iterdir() if entry.name[0] != "."}
+    assert there - set(command.kept) == {"plots.parquet"}
+    if what == "track":
+        assert start(folder, command.words).wait() == 0 and left_behind(folder) == []
 
 
 def test_workers_end_with_the_command(folder):
@@ -94,6 +98,8 @@ WRITERS = {
     **{f"track {name}": ("track", "plots.parquet", "-o", name, "-q") for name in OUTPUTS},
     **{f"shares {name}": ("track", "plots.parquet", "-o", name, "-q") for name in OUTPUTS},
     "report": ("track", "plots.parquet", "--report", "t.html", "-q"),
+    "fit": ("fit", "plots.parquet", "--starts", "1", "--minutes", "0.01", "-o", "f.json", "--report", "f.html", "-q"),
+    "learn": (*COMMANDS["learn"].words,),
     "compare": ("compare", "lee-2003", "--runs", "5", "--json", "c.json", "--report", "c.html", "-q"),
     "simulate": ("simulate", "lee-2003", "--runs", "9", "-o", "s.csv", "-q"),
 }
@@ -105,7 +111,10 @@ def test_no_room_is_one_line(folder, what):
     before = (folder / "plots.parquet").read_bytes()
     done = limited(folder, *words, most=4_000, shares=what.startswith("shares"))
     assert done.returncode in (1, 2) and done.stderr.startswith("jink: ") and done.stderr.count("\n") == 1, done.stderr
-    assert "defect" not in done.stderr and [entry.name for entry in folder.iterdir()] == ["plots.parquet"]
+    assert "defect" not in done.stderr
+    # a fit whose filter cannot be written goes on with --resume
+    kept = {"f.json.checkpoint"} if what == "fit" else set()
+    assert {entry.name for entry in folder.iterdir()} == {"plots.parquet", *kept}
     assert (folder / "plots.parquet").read_bytes() == before
 
 
@@ -165,6 +174,22 @@ def test_a_reader_that_goes_early(folder):
     line = f"{sys.executable} -m jink track plots.parquet -o - -q | head -n 1"
     done = subprocess.run(["sh", "-c", line], cwd=folder, capture_output=True, check=False)
     assert done.stdout.count(b"\n") == 1 and done.stderr == b""
+
+
+@pytest.mark.parametrize("what", ["track", "fit", "learn", "compare --report"])
+def test_what_nobody_reads_loses_no_file(folder, what):
+    """Standard output is a pipe that was closed before: the files are whole all the same."""
+    command = COMMANDS[what]
+    reader, writer = os.pipe()
+    os.close(reader)
+    words = [word for word in command.words if word != "-q"]
+    with os.fdopen(writer, "wb") as pipe:
+        done = subprocess.run(
+            [sys.executable, "-m", "jink", *words], cwd=folder, stdout=pipe, stderr=subprocess.PIPE, check=False
+        )
+    # the status shows that something was to be read
+    assert done.returncode == 1 and b"jink:" not in done.stderr and b"Traceback" not in done.stderr, done.stderr
+    assert all(whole(folder / name) for name in command.outputs)
 
 
 def test_what_was_written_is_whole(folder):

@@ -145,6 +145,10 @@ REFUSED = {  # a call, and what its message must say
         lambda: jink.AdaptiveGrid([CV, CA], PLANE),
         "motions: expected modes of one motion",
     ),
+    "three points between two modes": (
+        lambda: jink.AdaptiveGrid(LEVELS[:2], PLANE, least_step=0.5),
+        "motions: expected at least 3 modes for a grid of three points, got 2",
+    ),
     "thresholds that overlap": (
         lambda: jink.AdaptiveGrid(LEVELS, PLANE, unlikely=0.9, likely=0.8),
         "unlikely: expected 0 ≤ unlikely < likely ≤ 1, got 0.9 and 0.8",

@@ -43,8 +43,8 @@ def test_a_block_comes_back_when_its_last_view_is_gone():
 
 
 def test_small_or_unlike_blocks_are_not_handed_out():
-    del_me = memory.empty(LARGE)
-    del del_me
+    array = memory.empty(LARGE)
+    del array
     kept = list(memory._kept)
     assert len(kept) == 1
     memory.empty((10,))
@@ -95,3 +95,13 @@ def test_an_estimate_keeps_its_values_while_others_are_made():
     third = f.filter(t, z, offsets=offsets)
     assert address(third.P) == at and address(second.P) != at
     np.testing.assert_array_equal(third.x, x)
+
+
+def test_what_is_kept_can_be_given_back():
+    array = memory.empty(LARGE)
+    del array
+    gc.collect()
+    assert memory._kept
+    memory.give_back()
+    assert not memory._kept
+    assert memory.empty(LARGE).shape == LARGE

@@ -76,6 +76,9 @@ class Bernoulli:
     edges: dict = field(default_factory=dict)
     outside: bool = False  # of the sensor's field of view
     unseen: float = 0.0  # probability of no plot, if it exists
+    score: float = 0.0  # log of what speaks for it, against its plots being false
+    parent: int = -1  # id of the confirmed track whose next plot its first one could have been
+    parting: float = 0.0  # the parent's score before that plot
 
     @property
     def mean(self):
@@ -108,6 +111,9 @@ class Textbook:
     ownership: bool = True
     left: float = 0.0  # share of a marginal that stays where another track owns the plot
     abreast: float = np.inf  # squared distance of velocities from which tracks do not own plots against each other
+    learning: bool = True  # of the clutter
+    inherit: float = 2.0  # a branch takes its parent's id if its score is higher by so much
+    handed: int = 0  # how often that has happened
     tracks: list = field(default_factory=list)
     following: int = 0
     scans: int = 0
@@ -122,21 +128,24 @@ class Textbook:
             t.near = len(t.edges)
             t.unseen = 1 - self.detection if self._inside(t.x[0]) else 1.0
         hit, none, lone = self._marginals(z)
+        parents = [self._parent(j) for j in range(len(z))]
         ended, twins = [], []
         for i, t in enumerate(list(self.tracks)):
             absent = t.r * t.unseen / (1 - t.r + t.r * t.unseen) * none[i]
             if t.plots == 1:
-                ended += [t] * self._split(t, hit[i], absent, z, twins)
+                ended += [t] * self._split(t, hit[i], absent, none[i], z, twins)
             else:
+                t.score += _evidence(t, none[i], t.unseen, hit[i].sum())
                 self._take_in(t, [(j, p) for j, p in enumerate(hit[i]) if p > 0], absent, z)
                 t.share = hit[i].sum()
         self.tracks = [t for t in self.tracks if not any(t is e for e in ended)] + twins
-        self._bear(z, lone)
+        self._bear(z, lone, parents)
         self._judge()
         share = self.clutter / (self.clutter + self.detection * self.undetected)
         rate = max(0.05, 1 / (2 + self.scans))
         seen = min(lone.sum() * share, 4 * self.clutter * self.area + 10)
-        self.clutter = max((1 - rate) * self.clutter + rate * seen / self.area, 1e-3 / self.area)
+        if self.learning:
+            self.clutter = max((1 - rate) * self.clutter + rate * seen / self.area, 1e-3 / self.area)
         self.undetected *= 1 - self.detection
         self.scans += 1
 
@@ -236,7 +245,7 @@ class Textbook:
         )
         t.x, t.P, t.mu, t.r = mean, spread, weight, total
 
-    def _split(self, t, hit, absent, z, twins):
+    def _split(self, t, hit, absent, nothing, z, twins):
         """True if the track ends here."""
         floor = 0.1 * self._birth()
         near = [j for j, (_, d2) in t.edges.items() if d2 < 6 and hit[j] > floor]
@@ -252,6 +261,8 @@ class Textbook:
         source = replace(t)
         for k, j in enumerate(branches):
             one = t if k == 0 else replace(source, id=self._next())
+            seen = (source.unseen, 0.0) if j is None else (0.0, hit[j])
+            one.score = source.score + _evidence(source, nothing, *seen)
             self._take_in(one, [] if j is None else [(j, 1.0)], absent if j is None else 0.0, z)
             one.r = absent if j is None else hit[j]
             one.share = 0.0 if j is None else 1.0
@@ -266,8 +277,19 @@ class Textbook:
         self.following += 1
         return self.following - 1
 
-    def _bear(self, z, lone):
-        for plot, free in zip(z, lone, strict=True):
+    def _parent(self, j):
+        """Of a plot: the confirmed track that it speaks for most, its score, and what the plot would add to it."""
+        best, most = (-1, 0.0, 0.0), -np.inf
+        ground = self.clutter + self.detection * self.undetected
+        for t in self.tracks:
+            if t.confirmed and j in t.edges:
+                gain = np.log(self.detection * (t.mu @ t.edges[j][0]) / ground)
+                if gain > most:
+                    best, most = (t.id, t.score, gain), gain
+        return best
+
+    def _bear(self, z, lone, parents):
+        for plot, free, (parent, parting, gain) in zip(z, lone, parents, strict=True):
             r = free * self._birth()
             if not (r > 0.1 * self._birth()) or free <= 0.02:
                 continue
@@ -276,9 +298,9 @@ class Textbook:
             x[[0, 2]] = plot
             P[np.ix_([0, 2], [0, 2])] = self.R
             P[1, 1] = P[3, 3] = self.speed_variance
-            self.tracks.append(
-                Bernoulli(self._next(), np.tile(x, (M, 1)), np.tile(P, (M, 1, 1)), self.start.copy(), r, r)
-            )
+            modes = np.tile(x, (M, 1)), np.tile(P, (M, 1, 1)), self.start.copy()
+            of = {"score": parting + gain, "parent": parent, "parting": parting}
+            self.tracks.append(Bernoulli(self._next(), *modes, r, r, **of))
 
     def _judge(self):
         kept = []
@@ -295,6 +317,25 @@ class Textbook:
             t.confirmed = not t.outside and t.r > (0.4 if t.confirmed else 0.8)
             kept.append(t)
         self.tracks = kept
+        for heir in [t for t in kept if t.confirmed and t.parent >= 0]:
+            elder = next((t for t in kept if t.id == heir.parent), None)
+            heir.parent = -1
+            if elder is not None and heir.score > elder.score + self.inherit:
+                self._hand(elder, heir)
+
+    def _hand(self, elder, heir):
+        """The heir takes the elder's id; the elder is what it would be had it begun where they parted."""
+        elder.id, heir.id = heir.id, elder.id
+        elder.age, heir.age = heir.age, elder.age
+        odds = heir.birth / (1 - heir.birth) * np.exp(elder.score - heir.parting)
+        elder.r = min(elder.r, odds / (1 + odds))
+        elder.confirmed = elder.confirmed and elder.r > 0.8
+        self.handed += 1
+
+
+def _evidence(t, none, unseen, hit):
+    """log P(scan | the track is there) / P(scan | it is not)."""
+    return np.log(unseen + hit * (1 - t.r + t.r * t.unseen) / (t.r * none))
 
 
 def _clusters(psi):

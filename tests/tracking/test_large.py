@@ -133,6 +133,20 @@ def test_smoothed_and_several_files(tmp_path, divided):
     )
 
 
+def test_targets_have_the_same_tracks_among_more_targets(tmp_path, divided):
+    """The noise is given: a sample of more targets would tell another one."""
+    table = flights()
+    names = table["icao24"].unique().sort()[:12].to_list()
+    noise = ("--sensor-sd", "position=20,altitude=8,time=0.01")
+    found = []
+    for name, rows in (("few", table.filter(pl.col("icao24").is_in(names))), ("all", table)):
+        rows.write_parquet(tmp_path / "in.parquet")
+        divided(tmp_path / "in.parquet", *noise, "-o", tmp_path / f"{name}.parquet")
+        found.append(pl.read_parquet(tmp_path / f"{name}.parquet").filter(pl.col("target").is_in(names)))
+    assert found[0].height > 1000
+    assert found[0].drop("row").equals(found[1].drop("row"))
+
+
 def test_identifiers_are_what_the_whole_column_says(tmp_path, divided):
     """A block of lines may hold numbers alone where others hold letters."""
     for letters in (True, False):

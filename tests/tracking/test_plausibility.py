@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from polars.testing import assert_frame_equal
 from typer.testing import CliRunner
 
 import jink
+from jink.catalogue.targets import KINDS
 from jink.cli.main import app
 from jink.io.errors import InputError
 from jink.scenarios import SCENARIOS
@@ -48,6 +50,17 @@ def test_simulated_targets_of_the_right_kind_raise_nothing(name, tmp_path):
     assert codes(str(path), kind=SCENARIOS[name].kind) == {}
 
 
+@pytest.mark.parametrize("rows", [[0, 1, 2], [0, 1, 2, 0]], ids=["together", "apart"])
+def test_a_long_target_has_the_figures_of_a_group(rows, monkeypatch):
+    tracks = jink.track(pl.concat([straight(target=name, seed=k) for k, name in enumerate("abc")]))
+    parts = [tracks[: COUNT - 7], tracks[COUNT - 7 : 2 * COUNT + 7], tracks[2 * COUNT + 7 :]]
+    table = pl.concat([parts[k] for k in rows])
+    expected = plausibility._by_target(table, KINDS["aircraft"])
+    monkeypatch.setattr(plausibility, "LONG", COUNT)
+    # a sum may round otherwise
+    assert_frame_equal(plausibility._by_target(table, KINDS["aircraft"]), expected, rel_tol=1e-15, abs_tol=0.0)
+
+
 def test_too_fast_for_its_kind():
     found = codes(straight(), kind="vessel")["too_fast"]
     assert found["targets"] == ["A"] and not found["fatal"]
@@ -58,6 +71,19 @@ def test_nothing_moves_at_a_hundred_times_the_speed():
     with pytest.raises(InputError, match=r"no track is plausible.*\n.*wrong unit"):
         jink.track(straight(speed=2e5))
     assert codes(straight(speed=2e5), check_coordinates=False)["too_fast"]["fatal"]
+
+
+def test_times_in_milliseconds_are_suggested_where_they_would_make_a_flight():
+    milliseconds = straight().with_columns(pl.col("time") * 1000.0)
+    assert "--time-unit ms" in codes(milliseconds)["too_slow"]["mend"]
+    assert codes(milliseconds, time_unit="ms") == {}
+    assert "milliseconds" not in codes(straight(speed=1.4, sd=3.0))["too_slow"]["likely"]
+
+
+def test_names_of_ships_are_noted_where_the_filter_is_for_aircraft():
+    ships = straight(speed=8.0).rename({straight().columns[0]: "MMSI"})
+    notes = {kind: jink.track(ships, kind=kind, details=True).summary["notes"] for kind in ("aircraft", "vessel")}
+    assert [any("--kind vessel" in note for note in each) for each in notes.values()] == [True, False]
 
 
 def test_a_walk_is_no_flight():

@@ -98,6 +98,19 @@ def test_a_speed_without_a_course_helps_too():
     assert errors[0] < 0.6 * errors[1]
 
 
+def test_a_climb_rate_that_hardly_ever_changes_is_used_and_few_rows_are_said_to_be_too_few():
+    rng, t = np.random.default_rng(0), np.arange(600.0)
+    rate = 8.0 * ((t >= 120) & (t < 300))
+    z = 3000.0 + np.cumsum(rate) + rng.normal(0, 7.0, t.size)
+    x, y = 200.0 * t + rng.normal(0, 10.0, t.size), rng.normal(0, 10.0, t.size)
+    flight = pl.DataFrame({"target": "a", "time": t, "x": x, "y": y, "z": z, "vertical_rate": rate})
+    notes = jink.track(flight, details=True).summary["notes"]
+    assert any(note.startswith("the reported vertical rate is used") for note in notes)
+    few = flight.with_columns(pl.when(pl.col("time") < 30).then("vertical_rate").alias("vertical_rate"))
+    notes = jink.track(few, details=True).summary["notes"]
+    assert "the reported vertical rate is not used: 30 rows tell too little" in notes
+
+
 def test_velocities_along_the_axes_and_the_noise_that_is_given():
     ships = _ships().with_columns(
         velocity_x=pl.col("sog") * KNOT * pl.col("cog").radians().sin(),

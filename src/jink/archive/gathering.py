@@ -142,12 +142,13 @@ def _slices(
 ) -> Iterator[pl.DataFrame]:
     import pyarrow as pa
 
-    some_targets = True if between is None else pl.col("target").is_between(pl.lit(between[0]), pl.lit(between[1]))
     for number, some in groupby(where, lambda place: place.number):
         with store.open(names.slices(number)) as source, pa.ipc.open_file(source) as reader:
             for place in some:
                 batch = reader.get_batch(place.batch)
-                frame = pl.DataFrame(pa.Table.from_batches([batch])).filter(some_targets)
+                frame = pl.DataFrame(pa.Table.from_batches([batch]))
+                if between is not None:
+                    frame = frame.filter(pl.col("target").is_between(pl.lit(between[0]), pl.lit(between[1])))
                 yield _shaped(frame, place.same, kind.columns)
 
 

@@ -21,7 +21,7 @@ def sample(path: str | Path, rows: int = ROWS) -> tuple[Measurements, str]:
     """What was measured of whole targets, and in words how many they are. They have the lowest hash of their names.
     Errors: Stopped.
     """
-    store = Store(str(path).rstrip("/"))
+    store = Store(str(path))
     plan, manifest = Plan.read(store), manifest_of(store)
     if plan is None or manifest is None:
         raise incomplete(path)

@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 
 from ..filters import memory
+from ..io.values import codes_of
 from ..tracking.shares import Shares
 from . import job as names
 from .gathering import Place, gather, packed
@@ -53,19 +54,32 @@ def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place
 def _tables(job: Job, settled: Settled, where: Sequence[Place], shares: Shares) -> Iterator[pl.DataFrame]:
     """The tracks of a bucket by target; of a large one, only some targets are in memory at a time."""
     for between in shares_of(job.store, where, job.piece):
-        rows = gather(job.store, settled.kind, where, between)
-        shares.tally.rows += rows.height
-        for some in whole_targets(rows, PART):
-            yield from shares.tables(settled.kind.measurements(some))
+        for some in whole_targets(gather(job.store, settled.kind, where, between), PART):
+            shares.tally.rows += some.height
+            if some.height > PART:
+                # a busy target needs larger pieces than those that were kept
+                memory.give_back()
+            measured = settled.kind.measurements(some)
+            # a part of one busy target is let go as soon as it is cleaned
+            del some
+            yield from shares.tables(measured)
 
 
 def whole_targets(rows: pl.DataFrame, most: int) -> Iterator[pl.DataFrame]:
     """Parts of at most so many rows, or of one target, by the targets' names; rows of a target keep their order."""
-    ordered = rows.sort("target", maintain_order=True)
-    sizes = ordered["target"].rle().struct.field("len").to_numpy()
+    codes = codes_of(rows["target"])
+    codes = codes.astype(np.uint16) if codes.max(initial=0) < 2**16 else codes
+    # for numbers of 16 bits NumPy sorts by their digits, which takes a third of the time that texts take
+    rows = rows[np.argsort(codes, kind="stable")]
+    sizes = np.bincount(codes)
+    sizes = sizes[sizes > 0]
     starts = np.r_[0, np.cumsum(sizes)]
     for first, end in packed(sizes, most):
-        yield ordered.slice(starts[first], starts[end] - starts[first])
+        size = starts[end] - starts[first]
+        # who takes a part holds it alone, so that its memory ends with it; an empty slice would hold it too
+        held = [rows.head(size)]
+        rows = rows.slice(size) if end < sizes.size else rows.clear()
+        yield held.pop()
 
 
 def grounds_of(settled: Settled) -> str:
@@ -80,8 +94,9 @@ def _write(first: pl.DataFrame, rest: Iterator[pl.DataFrame], handle: IO[bytes])
 
     table = first.to_arrow(compat_level=pl.CompatLevel.oldest())
     texts = [each.name for each in table.schema if pa.types.is_dictionary(each.type) or "string" in str(each.type)]
-    # a dictionary of real numbers costs most of the writing, and saves nothing
-    how = {"compression": "snappy", "use_dictionary": texts, "write_statistics": ["target", "time"]}
+    # a dictionary of real numbers costs most of the writing, their compression most of the rest, and both save nothing
+    packing = {each.name: "none" if pa.types.is_floating(each.type) else "snappy" for each in table.schema}
+    how = {"compression": packing, "use_dictionary": texts, "write_statistics": ["target", "time"]}
     with pq.ParquetWriter(handle, table.schema, **how) as writer:
         writer.write_table(table)
         for frame in rest:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import time as clock
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +21,7 @@ from ..tracking.large import FIXED, PER_ROW
 from ..tracking.prepare import Settings
 from ..tracking.tally import Tally
 from . import job as names
+from .access import locked, made, room
 from .errors import Stopped
 from .folder import MANIFEST
 from .gathering import check_same, places
@@ -38,6 +37,7 @@ from .workers import Cluster, Here, Processes, Workers
 SHARE = 500_000  # rows of a bucket, about: more need more memory, fewer more files
 FEWEST, MOST = 8, 4096  # buckets
 LEAST_PIECE = 100_000  # rows
+SPARE_REJECTED = f"{WORK}/rejected.parquet"  # of a folder, until they are whole
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,9 @@ def track_archive(
     Errors: InputError.
     """
     began = clock.perf_counter()
-    store = Store(where.rstrip("/"))
-    _make_folder(store)
-    with _locked(store), _room(store):
+    store = Store(where)
+    made(store)
+    with locked(store), room(store):
         plan, complete = _planned(store, inputs, reading, settings, how)
         if complete is not None:
             return complete["summary"], complete["written"]
@@ -90,10 +90,10 @@ def track_archive(
         done = _reduce(job, settled, said, workers, say)
         summary = _summary(job, settled, said, done)
         rejected = _write_rejected(job, said, done)
-        store.sweep()
         summary |= {"buckets": plan.buckets, "settled": settled.words, "seconds": clock.perf_counter() - began}
         written = [where, *rejected]
         finish(store, _manifest(plan, said, done, summary) | {"written": written})
+        store.sweep()
     return summary, written
 
 
@@ -260,21 +260,17 @@ def _write_rejected(job: Job, said: list[dict[str, Any]], done: list[dict[str, A
                 count += frame.height
                 writer.write_table(frame.to_arrow(compat_level=pl.CompatLevel.oldest()).cast(schema))
 
-    folder, _, name = job.store.where.rpartition("/")
+    beside, name = job.store.beside()
     target = f"{name}.rejected.parquet"
-    job.store.put(f"{WORK}/rejected.parquet", write)
-    beside = Store(folder or ".")
-    if not count:
-        job.store.remove(f"{WORK}/rejected.parquet")
-        if beside.local:
-            beside.remove(target)
-        return []
     if beside.local:
-        os.replace(job.store.path(f"{WORK}/rejected.parquet"), beside.path(target))
+        job.store.put(SPARE_REJECTED, write)
+        os.replace(job.store.path(SPARE_REJECTED), beside.path(target))
     else:
-        content = job.store.get(f"{WORK}/rejected.parquet") or b""
-        beside.put(target, lambda handle: handle.write(content))
-    return [f"{folder}/{target}" if folder else target]
+        beside.put(target, write)
+    if count:
+        return [job.store.named(".rejected.parquet")]
+    beside.remove(target)
+    return []
 
 
 def _manifest(plan: Plan, said: list[dict[str, Any]], done: list[dict[str, Any]], summary: Any) -> dict[str, Any]:
@@ -289,49 +285,3 @@ def _manifest(plan: Plan, said: list[dict[str, Any]], done: list[dict[str, Any]]
         "settled": summary["settled"],
         "summary": summary,
     }
-
-
-def _make_folder(store: Store) -> None:
-    """Errors: Stopped where it cannot be made."""
-    if not store.local:
-        return
-    folder = store.path("")
-    if not folder.parent.is_dir():
-        raise Stopped(f"the output {folder} cannot be written: there is no directory {folder.parent}")
-    if folder.exists() and not folder.is_dir():
-        raise Stopped(f"the output {folder} is a file; give the name of a folder")
-    folder.mkdir(exist_ok=True)
-
-
-@contextmanager
-def _locked(store: Store) -> Iterator[None]:
-    """One run at a time in a folder. Errors: Stopped."""
-    try:
-        import fcntl
-    except ImportError:
-        yield
-        return
-    if not store.local:
-        yield
-        return
-    handle = os.open(store.path(""), os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        yield
-    except BlockingIOError:
-        raise Stopped(f"another run writes to {store.where}") from None
-    finally:
-        os.close(handle)
-
-
-@contextmanager
-def _room(store: Store) -> Iterator[None]:
-    """A disk that is full is said as such. Errors: OSError."""
-    try:
-        yield
-    except (OSError, pl.exceptions.PolarsError) as error:
-        full = getattr(error, "errno", None) == errno.ENOSPC or f"os error {errno.ENOSPC}" in str(error)
-        if not full:
-            raise
-        words = "the disk is full; make room and run the same command again, it goes on from here"
-        raise OSError(errno.ENOSPC, words, store.where) from None

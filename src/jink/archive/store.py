@@ -20,6 +20,7 @@ from .errors import Stopped
 
 WORK = ".jink"  # what is needed to go on and to add files
 SPARE = f"{WORK}/spare"  # files that are being written
+WITHOUT_FOLDERS = ("s3", "gcs")  # there a folder is an object of no bytes, which nothing needs
 URL = re.compile(r"^[a-z][a-z0-9+.-]+://")
 
 
@@ -30,6 +31,10 @@ class Store:
     where: str
     _opened: Any = field(default=None, repr=False, compare=False)
 
+    def __post_init__(self) -> None:
+        path, mark, options = (self.where, "", "") if self.local else self.where.partition("?")
+        self.where = (path.rstrip("/") or path[:1]) + mark + options
+
     def __getstate__(self) -> dict[str, Any]:
         return {"where": self.where, "_opened": None}
 
@@ -37,6 +42,20 @@ class Store:
     def local(self) -> bool:
         """Whether it is a folder of this machine."""
         return not URL.match(self.where)
+
+    def beside(self) -> tuple[Store, str]:
+        """What the folder lies in, and the folder's name."""
+        if self.local:
+            whole = Path(self.where).absolute()
+            return Store(str(whole.parent)), whole.name
+        path, mark, options = self.where.partition("?")
+        above, _, name = path.rpartition("/")
+        return Store(above + mark + options), name
+
+    def named(self, ending: str) -> str:
+        """The name of something beside the folder, as people write it."""
+        path, mark, options = (self.where, "", "") if self.local else self.where.partition("?")
+        return path + ending + mark + options
 
     def path(self, name: str) -> Path:
         """The file of a folder."""
@@ -61,7 +80,8 @@ class Store:
             write(handle)
             size = handle.tell()
             handle.seek(0)
-            fs.create_dir(f"{root}/{name}".rpartition("/")[0], recursive=True)
+            if fs.type_name not in WITHOUT_FOLDERS:
+                fs.create_dir(f"{root}/{name}".rpartition("/")[0], recursive=True)
             with fs.open_output_stream(f"{root}/{name}") as out:
                 shutil.copyfileobj(handle, out, 1 << 22)
         return size
@@ -126,7 +146,9 @@ def _connected(url: str) -> tuple[Any, str]:
     from pyarrow import ArrowException, fs
 
     try:
-        if url.startswith(("s3://", "gs://", "gcs://", "abfs://", "abfss://", "hdfs://", "file://")):
+        if url.startswith("s3://"):
+            found, path = _s3(url)
+        elif url.startswith(("gs://", "gcs://", "abfs://", "abfss://", "hdfs://", "file://")):
             found, path = fs.FileSystem.from_uri(url)
         else:
             import fsspec
@@ -136,6 +158,16 @@ def _connected(url: str) -> tuple[Any, str]:
     except (ArrowException, ValueError, OSError, ImportError) as error:
         raise Stopped(f"{url} cannot be opened: {error}") from None
     return found, path.rstrip("/")
+
+
+def _s3(url: str) -> tuple[Any, str]:
+    """Small objects in one request; an older pyarrow sends all of them in parts."""
+    from pyarrow import ArrowInvalid, fs
+
+    try:
+        return fs.FileSystem.from_uri(f"{url}{'&' if '?' in url else '?'}allow_delayed_open=true")
+    except ArrowInvalid:
+        return fs.FileSystem.from_uri(url)
 
 
 @contextmanager

@@ -19,7 +19,7 @@ class Tracks:
     """The tracks of a complete folder. Errors: Stopped where it is not complete."""
 
     def __init__(self, path: str | Path) -> None:
-        self.store = Store(str(path).rstrip("/"))
+        self.store = Store(str(path))
         manifest = manifest_of(self.store)
         if manifest is None:
             raise incomplete(path)

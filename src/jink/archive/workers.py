@@ -70,7 +70,7 @@ class Processes:
 
     def _executor(self) -> ProcessPoolExecutor:
         context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(self.count, context, initializer=_end_with, initargs=(os.getpid(),))
+        return ProcessPoolExecutor(self.count, context, initializer=_begin, initargs=(os.getpid(),))
 
     @contextmanager
     def _pool(self) -> Iterator[list[ProcessPoolExecutor]]:
@@ -86,6 +86,15 @@ class Processes:
                 del os.environ["POLARS_MAX_THREADS"]
             else:
                 os.environ["POLARS_MAX_THREADS"] = before
+
+
+def _begin(parent: int) -> None:
+    """What a process does first."""
+    from .._engine import native
+
+    # one bucket's memory is the next one's, so that no array costs new pages
+    native.keep_freed_memory()
+    _end_with(parent)
 
 
 def _end_with(parent: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -66,6 +67,7 @@ class Found:
 
     lone: of each row of z, the probability that it is no track's. counts of the run: scans, plots, and how many scans
     were bounded ("crowded", "full", "inexact"). taken: the plots of each row with their weights, where they were kept.
+    new: rows that do not follow from the one before: a track's first, and where it goes on elsewhere under its name.
     """
 
     id: NDArray[np.int64]
@@ -80,13 +82,15 @@ class Found:
     tentative: Tentative
     counts: dict[str, int] = field(default_factory=dict)
     taken: Taken | None = None
+    new: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
 
 
 @dataclass(frozen=True)
 class _Seen:
     """The rows of one picture that count: all, or with sectors those that were due or had a plot.
 
-    scan: of each row; offered: the row of z of each plot of the scan, to which ``lone`` belongs.
+    scan: of each row; offered: the row of z of each plot of the scan, to which ``lone`` belongs; part: how often the
+    row's id has been handed on until then.
     """
 
     scan: NDArray[np.int64]
@@ -94,6 +98,7 @@ class _Seen:
     rows: NDArray[np.int64]
     offered: NDArray[np.int64]
     taken: Taken | None
+    part: NDArray[np.int64]
 
 
 Pictures = Iterator[tuple[int, Picture, NDArray[np.int64]]]
@@ -113,6 +118,7 @@ def track_scans(
     one of each scan.
     """
     seen: list[_Seen] = []
+    handed: Counter[int] = Counter()
     counts = {"scans": len(scans), "plots": 0, "unusable": 0, "crowded": 0, "full": 0, "inexact": 0, "living": 0}
     for k, picture, offered in _by_scans(tracker, scans) if pictures is None else pictures:
         rows, scan = np.arange(len(picture)), np.full(len(picture), k)
@@ -120,7 +126,9 @@ def track_scans(
             rows = np.flatnonzero(picture.due | (picture.plot >= 0))
             scan = scans.turn_of(picture.times[rows])
         taken = Taken.of(tracker.taken(), offered).some(rows) if keep else None
-        seen.append(_Seen(scan, picture, rows, offered, taken))
+        handed.update(now for now, _ in picture.report["handed"])
+        part = np.array([handed[each] for each in picture.ids[rows].tolist()], np.int64)
+        seen.append(_Seen(scan, picture, rows, offered, taken, part))
         for name in ("plots", "unusable", "crowded", "full", "inexact"):
             counts[name] += int(picture.report[name])
         counts["living"] = max(counts["living"], picture.report["living"])
@@ -152,6 +160,7 @@ def _gathered(tracker: Any, scans: Scans, seen: list[_Seen], counts: dict[str, i
 
     ids = joined(lambda p: p.ids).astype(np.int64)
     confirmed = joined(lambda p: p.confirmed).astype(bool)
+    part = np.concatenate([one.part for one in seen]) if seen else np.zeros(0, np.int64)
     scan = np.concatenate([one.scan for one in seen]) if seen else np.zeros(0, np.int64)
     plot = joined(lambda p: p.plot).astype(np.int64)
     keep = np.isin(ids, np.unique(ids[confirmed]))
@@ -178,6 +187,7 @@ def _gathered(tracker: Any, scans: Scans, seen: list[_Seen], counts: dict[str, i
         lone=lone,
         tentative=Tentative(ids[others], time[others], existence[others], places[others]),
         counts=counts,
+        new=(np.diff(ids[rows], prepend=-1) != 0) | (np.diff(part[rows], prepend=0) != 0),
     )
     if seen and seen[0].taken is not None:
         found.taken = Taken.joined([one.taken for one in seen if one.taken is not None]).some(rows)

@@ -25,6 +25,8 @@ class Laggards:
 
     def take(self, picture: Picture, z: Array, sensor: int, covariance: Array | None) -> Estimate:
         """The estimate of each track of the picture, NaN where it has been there for fewer scans than the lag."""
+        handed = [(now, self.each[before]) for now, before in picture.report["handed"] if before in self.each]
+        self.each |= dict(handed)
         kept = {id_: self.each[id_] for id_ in picture.ids.tolist() if id_ in self.each}
         self.each, found, times = kept, [], []
         nothing = np.full(z.shape[1], np.nan)

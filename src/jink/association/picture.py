@@ -17,8 +17,9 @@ class Picture:
     """The tracks of one scan, by id.
 
     times (n,): of each track's estimate, ``time`` but for scans that take time. ids (n,): the same for as long as a
-    track lives. existence (n,): probability that there is a target. confirmed (n,):
-    whether it once was above 0.8 and has not fallen below 0.4 since. age (n,): scans since the first plot. plot (n,):
+    track lives; ``report["handed"]`` has the new and the old id of each track that goes on under another's. existence
+    (n,): probability that there is a target. confirmed (n,): whether it once was above 0.8 and has not fallen below 0.4
+    since. age (n,): scans since the first plot of its id. plot (n,):
     the row of the scan's plots that most probably is the track's, −1 where it more probably has none. due (n,): whether
     the scan looks where the track is; of sectors, it is so once in a turn. estimate: x, P,
     mode_probability and status of each track. lone (m,): of each plot, the probability that it is no track's.

@@ -124,7 +124,7 @@ def smoothed(tracker: Any, scans: Any, found: Any, **lag: Any) -> Any:
     if not len(found.id):
         return found
     z, R, sensor = _rows(tracker, scans, found)
-    new = np.r_[True, np.diff(found.id) != 0]
+    new, first = found.new, np.diff(found.id, prepend=-1) != 0
     offsets = np.r_[np.flatnonzero(new), len(new)]
     time = found.time - np.repeat(found.time[new], np.diff(offsets))
     smoother = _smoother(tracker)
@@ -135,7 +135,7 @@ def smoothed(tracker: Any, scans: Any, found: Any, **lag: Any) -> Any:
     for name in ("x", "P", "mode_probability"):
         mask = known.reshape(-1, *(1,) * (results[name].ndim - 1))
         results[name] = np.where(mask, estimate.results[name], results[name])
-    existence = found.existence if lag else _existence(found.existence, found.time, new, tracker.rules.life)
+    existence = found.existence if lag else _existence(found.existence, found.time, first, tracker.rules.life)
     return replace(found, existence=existence, estimate=replace(found.estimate, results=results))
 
 

@@ -189,19 +189,21 @@ class Tracker:
         own = None if times is None else _times(times, len(z))
         report = self._many.scan(t, which, z, noise, self._unit(which, z), codes, own, sector)
         picture = self._picture(t, report)
-        self._learn_detection(which, picture)
+        self._learn_detection(which, report)
         if self._laggards is None:
             return picture
         return replace(picture, lagged=self._laggards.take(picture, z, which, noise))
 
-    def _learn_detection(self, which: int, picture: Picture) -> None:
+    def _learn_detection(self, which: int, report: dict[str, Any]) -> None:
         radar = list(self.radars.values())[which]
-        if not (radar.learn_detection and radar.scanning):
+        if not radar.learn_detection or not report["sure"]:
             return
-        self._detections[which].take(radar, picture)
+        self._detections[which].take(report, radar.detection)
         view = self._many.view(which)
-        view.detection = self._detections[which].probability(radar.detection)
-        self._many.set_view(which, view)
+        found = self._detections[which].probability(radar.detection)
+        if found != view.detection:
+            view.detection = found
+            self._many.set_view(which, view)
 
     def _index(self, sensor: str | None) -> int:
         if sensor is None and len(self.radars) == 1:

@@ -35,7 +35,8 @@ class Kind:
     or cut in two; acceleration (m/s²): what a target pulls when it manoeuvres; position_sd (m): of a measurement, where
     the data do not tell; coasting: what a target does while nothing is measured. manoeuvre_g: a mean acceleration over
     manoeuvre_seconds that is larger is a manoeuvre, horizontally and vertically, in g. height (m): of a target above
-    the radar, mean and sd, where nothing tells it.
+    the radar, mean and sd, where nothing tells it. climbs: the sd of the climb rate (m/s), and how
+    long it lasts (s).
     """
 
     summary: str
@@ -51,6 +52,7 @@ class Kind:
     manoeuvre_g: tuple[float, float]
     manoeuvre_seconds: float
     height: tuple[float, float] = (0.0, 0.0)
+    climbs: tuple[float, float] = (1.0, 20.0)
 
     def gap(self, step: float) -> float:
         """Seconds without a position after which a track begins anew; step (s): the usual time between two."""
@@ -137,6 +139,7 @@ AIRCRAFT = Kind(
     manoeuvre_g=(0.05, 0.03),
     manoeuvre_seconds=8.0,
     height=(3000.0, 2500.0),
+    climbs=(8.0, 100.0),
 )
 
 FIGHTER = Kind(
@@ -163,6 +166,7 @@ FIGHTER = Kind(
     manoeuvre_g=(0.5, 0.3),
     manoeuvre_seconds=4.0,
     height=(5000.0, 4000.0),
+    climbs=(60.0, 20.0),
 )
 
 KINDS: dict[str, Kind] = {
@@ -231,6 +235,7 @@ KINDS: dict[str, Kind] = {
         manoeuvre_g=(0.1, 0.1),
         manoeuvre_seconds=2.0,
         height=(100.0, 100.0),
+        climbs=(3.0, 10.0),
     ),
     "person": Kind(
         summary="people on foot or by bicycle",

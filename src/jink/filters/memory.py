@@ -7,9 +7,10 @@ stays below a sixteenth of the machine's memory; the oldest go first.
 
 from __future__ import annotations
 
+import ctypes
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from threading import Lock
 
 import numpy as np
@@ -69,6 +70,15 @@ def at_most(size: int) -> Iterator[None]:
         yield
     finally:
         MOST = before
+
+
+def give_back() -> None:
+    """Let go of what is kept, and of what was freed before, where the system can take single pages back."""
+    with _busy:
+        _kept.clear()
+    # another C library, or a system without one of its own
+    with suppress(AttributeError, OSError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def keep(block: np.ndarray) -> None:

@@ -166,8 +166,8 @@ class AdaptiveGrid(_VariableStructure):
     the centre goes to Σ μ · point; an outer point comes half as near where its probability is below ``unlikely``, goes
     out to twice the distance where it is above ``likely``, and is never nearer than ``least_step``. transition: of the
     three points (default: stay 0.9). mode_probability is shared out between the two modes a point lies between.
-    Errors: ValueError for modes of different motion models. Source: Jilkov, Angelova & Semerdjiev, IEEE Trans.
-    AES-35(1), 1999.
+    Errors: ValueError for fewer than three modes, or different motion models. Source: Jilkov, Angelova & Semerdjiev,
+    IEEE Trans. AES-35(1), 1999.
     """
 
     arguments = ("transition", "least_step", "unlikely", "likely", *COMMON)
@@ -191,6 +191,8 @@ class AdaptiveGrid(_VariableStructure):
         last = len(self.motions) - 1.0
         if not self._alike:
             raise ValueError("motions: expected modes of one motion model that differ only in their numbers")
+        if len(self.motions) < 3:
+            raise ValueError(f"motions: expected at least 3 modes for a grid of three points, got {len(self.motions)}")
         if not positive("least_step", least_step) <= last / 2:
             raise ValueError(f"least_step: expected at most half of {last:g} modes, got {least_step:g}")
         if not positive("unlikely", unlikely, zero=True) < positive("likely", likely) <= 1:

@@ -131,7 +131,11 @@ class _Sky:
     def log_likelihoods(self, values: Mapping[str, float], own: Array | None, scans: int) -> Array:
         """Of each of the first scans."""
         radar = Radar(
-            detection=values["detection"], clutter_per_scan=values["clutter"], area=self.area, learn_clutter=False
+            detection=values["detection"],
+            clutter_per_scan=values["clutter"],
+            area=self.area,
+            learn_clutter=False,
+            learn_detection=False,
         )
         tracker = Tracker(
             self.filter(values, own),

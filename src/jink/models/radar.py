@@ -19,11 +19,11 @@ class Radar:
     What is measured is ``sd`` (m, positions), or ``range_sd`` (m) and ``azimuth_sd`` (rad) from ``site``, or any
     ``sensor`` of :mod:`jink.models.sensor`; the filter's own sensor if none is given. detection: probability that a
     target is seen in a scan. clutter_per_scan: false plots, None: learned from the plots. What is given is corrected by
-    the plots too, unless learn_clutter=False. learn_detection: the detection probability too, from the share of scans
-    in which confirmed tracks have a plot. area: (x from, x to, y from, y to) in m, or ``reach`` (m) around the
-    site: what the sensor looks at; None: where its plots are. height (m) and fastest (m/s): how far false heights and
-    speeds spread, where those are measured. period (s): of a scan. scanning=False: reports come when they come (ADS-B),
-    so that none is missed.
+    the plots too, unless learn_clutter=False. So is the detection probability, where the share of scans in which sure
+    tracks have a plot contradicts it by three standard errors, unless learn_detection=False. area: (x from, x to,
+    y from, y to) in m, or ``reach`` (m) around the site: what the sensor looks at; None: where its plots are. height
+    (m) and fastest (m/s): how far false heights and speeds spread, where those are measured. period (s): of a scan.
+    scanning=False: reports come when they come (ADS-B), so that none is missed.
     Errors: ValueError naming what makes no sense.
     """
 
@@ -41,7 +41,7 @@ class Radar:
     fastest: float = 300.0
     scanning: bool = True
     learn_clutter: bool = True
-    learn_detection: bool = False
+    learn_detection: bool = True
     name: str = "radar"
 
     def __post_init__(self) -> None:

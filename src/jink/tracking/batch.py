@@ -15,6 +15,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.names import FilterName, KindName
+from ..catalogue.targets import kind_of
 from ..checks import items
 from ..filters.axis_by_axis import AxisByAxis
 from ..filters.bank import Bank
@@ -36,6 +37,7 @@ from .sky_picture import SkyPicture
 from .stretches import ManoeuvresGoOn, Run, Stretched, pieces
 from .summary import reasons, summarise
 from .unknown_height import TargetHeight
+from .unseen_heights import with_doubt
 
 Progress = Callable[[str, int, int], None]
 F = TypeVar("F")  # a DataFrame of any library
@@ -326,6 +328,7 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
     if settings.every is not None:
         grid = resampled(placed, covariance, settings.every)
         placed, covariance, even = grid.placed, grid.covariance, grid.even
+    placed = with_doubt(placed, kind_of(settings.kind).climbs, settings.smooth, settings.lag)
     stretched = Stretched(group.filter, placed, covariance, settings.smoothing, settings.threads)
     what = Manoeuvres.of(group.filter, settings.kind, settings.manoeuvre_g, centred=settings.smooth)
     going_on = ManoeuvresGoOn(what)
@@ -341,16 +344,23 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
         table = tracks_table(some, run.estimate, absolute, manoeuvres, group.ground)
         return table if even is None else table.with_columns(even=pl.Series(even[run.piece.rows]))
 
-    waiting: Future[pl.DataFrame] | None = None
     last: Run | None = None
-    with ThreadPoolExecutor(1) as worker:
+    if settings.threads == 1:
         for piece in pieces(placed.offsets):
             run = Run(piece, stretched.run(piece))
+            if last:
+                yield table_of(last, run)
+            last = run
+    else:
+        waiting: Future[pl.DataFrame] | None = None
+        with ThreadPoolExecutor(1) as worker:
+            for piece in pieces(placed.offsets):
+                run = Run(piece, stretched.run(piece))
+                if waiting:
+                    yield waiting.result()
+                waiting = worker.submit(table_of, last, run) if last else None
+                last = run
             if waiting:
                 yield waiting.result()
-            waiting = worker.submit(table_of, last, run) if last else None
-            last = run
-        if waiting:
-            yield waiting.result()
-        if last:
-            yield table_of(last, None)
+    if last:
+        yield table_of(last, None)

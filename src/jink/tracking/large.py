@@ -27,6 +27,7 @@ PER_ROW = 800  # bytes of memory that a row takes from its reading to its track
 FIXED = 450_000_000  # bytes that the packages, a piece of the input and the tables on their way take
 PIECE = 500_000  # rows that are read at once
 FEWEST = 100_000  # rows of a share: smaller ones save nothing
+MORE = 1.2  # times as much a row of a share takes: its memory is not always given back before that of the next
 
 Progress = Callable[[str, int, int], None]
 
@@ -105,7 +106,7 @@ class Large:
         some = sample is not None
         if sample is None and self.spill.counts["rows"].sum() <= EVIDENCE:
             sample = self.spill.counts.select("target")
-        most = max(FEWEST, (self.memory - FIXED) // PER_ROW)
+        most = max(FEWEST, int((self.memory - FIXED) / (MORE * PER_ROW)))
         shares = self.spill.divide(most, sample)
         self.shares.reject(self.spill.unreadable)
         self.progress("reading", 2, 2)

@@ -36,6 +36,7 @@ from .output import tracks_table
 from .placing import Placed, lay
 from .prepare import Pace, Settings, choose
 from .unknown_height import TargetHeight, height_of, on_the_ground
+from .unseen_heights import with_unseen
 
 STEPS = 64  # times between two rows of a target that tell the usual one
 LATEST = 64  # rows whose median time is the stream's clock
@@ -180,6 +181,9 @@ class LiveTracks:
         if here is not None:
             entry.before, entry.here, target.where = target.where, here, here
         target.last, target.positioned = now, now if measured else target.positioned
+        if target.axes == 3:
+            target.vertical = now if _finite(z[2]) else target.vertical
+            entry.unseen = now - target.vertical
         target.fresh = True
         self._wait(entry)
         return None
@@ -357,6 +361,7 @@ class LiveTracks:
         part = pl.Series("part", [entry.target.part for entry in entries], dtype=pl.Int32)
         z = np.array([entry.z for entry in entries])
         placed = self._placed(_rows_of(rows, entries).with_columns(part), z, entries, axes, measurements, third)
+        placed = with_unseen(placed, [(entry.unseen, math.inf) for entry in entries], KINDS[self.settings.kind].climbs)
         manoeuvres = columns([entry.told for entry in entries if entry.told is not None])
         table = tracks_table(placed, estimate, measurements.absolute, manoeuvres, self._lowest(placed))
         late = [each.lagged for each in some if each.lagged is not None]
@@ -370,6 +375,7 @@ class LiveTracks:
             site=self.settings.site,
             absolute=measurements.absolute,
             manoeuvres=some[0].entries[0].pool.manoeuvres,
+            climbs=KINDS[self.settings.kind].climbs,
             ground=self.ground,
         )
         return table if lagged is None else pl.concat([table, lagged], how="horizontal")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -18,6 +19,7 @@ from .live_manoeuvres import Past, columns, told_live
 from .manoeuvring import Manoeuvres
 from .output import tracks_table
 from .placing import Placed
+from .unseen_heights import with_unseen
 
 PREFIX = "lagged_"
 LEFT_OUT = ("target", "part", "file", "status", "altitude_status")  # said by the current row, or by that of long ago
@@ -26,13 +28,16 @@ OUTPUTS = ("x", "P", "mode_probability")
 
 
 class Behind(NamedTuple):
-    """A row that has been: since its part began (s), its time, number and place of its frame, what became of it."""
+    """A row that has been: since its part began (s), its time, number and place of its frame, what became of it, and
+    how far off measured heights before and after it are (s).
+    """
 
     since: float
     time: float
     row: int
     anchor: tuple[float, ...] | None
     status: int
+    unseen: tuple[float, float] = (0.0, math.inf)
 
 
 @dataclass(slots=True)
@@ -47,7 +52,11 @@ class Delayed:
         self.rows.append(now)
         if len(self.rows) > scans + 1:
             self.rows.popleft()
-        return self.rows[0] if len(self.rows) == scans + 1 else None
+        if len(self.rows) <= scans:
+            return None
+        then = self.rows[0]
+        again = next((row.time for row in self.rows if not row.unseen[0]), math.inf)
+        return then if not then.unseen[0] else then._replace(unseen=(then.unseen[0], again - then.time))
 
 
 @dataclass(frozen=True)
@@ -100,6 +109,7 @@ def lagged_table(
     site: SiteFrame | None,
     absolute: bool,
     manoeuvres: Manoeuvres,
+    climbs: tuple[float, float],
     ground: float,
 ) -> pl.DataFrame | None:
     """Columns `lagged_…` beside the current rows, null where a part is shorter than the lag; None where all are."""
@@ -112,7 +122,8 @@ def lagged_table(
     some = replace(estimate, results={name: estimate.results[name][there] for name in OUTPUTS} | nothing)
     later = [Later(targets[k], row.since) for k, row in zip(there, known, strict=True)]
     told = columns(told_live(later, some, manoeuvres))
-    table = tracks_table(_placed(known, axes, site), some, absolute, told, ground)
+    placed = with_unseen(_placed(known, axes, site), [row.unseen for row in known], climbs)
+    table = tracks_table(placed, some, absolute, told, ground)
     dropped = [name for name in table.columns if name in LEFT_OUT or name.startswith(NOT_AGAIN)]
     named = table.drop(dropped).rename(lambda name: PREFIX + name)
     every = pl.DataFrame({"k": pl.Series(range(len(rows)), dtype=pl.Int64)})

@@ -65,9 +65,10 @@ class Pool:
 class Followed:
     """One target: where its filter is, the place its frame has got to, and what it was last told.
 
-    slot: of its pool, None after it was not seen for longer than the gap. fresh: whether it was seen since the targets
-    were last looked through; heard: the stream's clock then, or when it last was. place: the position last reported,
-    since when (s); left: the one before, and for how long it was reported (s).
+    positioned, vertical: when its position and its height were last measured. slot: of its pool, None after it was
+    not seen for longer than the gap. fresh: whether it was seen since the targets were last looked through; heard:
+    the stream's clock then, or when it last was. place: the position last reported, since when (s); left: the one
+    before, and for how long it was reported (s).
     """
 
     pool: Pool
@@ -77,6 +78,7 @@ class Followed:
     began: float
     last: float
     positioned: float
+    vertical: float = 0.0
     heard: float = 0.0
     fresh: bool = True
     first: list[float] = field(default_factory=list)
@@ -101,6 +103,7 @@ class Entry:
 
     before, here: the target's last place and the row's (latitude, longitude; None: not known). silent: the row is told
     to the filter again, and nothing is said of it. table: the rows it is one of, where these are not the last ones.
+    unseen: seconds since a height was measured.
     """
 
     target: Followed
@@ -119,6 +122,7 @@ class Entry:
     told: ToldLive | None = None
     behind: Behind | None = None
     delayed: Delayed = field(default_factory=Delayed)
+    unseen: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -190,5 +194,7 @@ def _remember(entries: list[Entry], estimate: Estimate, pool: Pool) -> None:
         if not entry.silent:
             target.speed = speeds[k]
             if pool.laggards is not None:
-                now = Behind(entry.time, target.began + entry.time, entry.row, entry.anchor, status[k])
+                now = Behind(
+                    entry.time, target.began + entry.time, entry.row, entry.anchor, status[k], (entry.unseen, math.inf)
+                )
                 entry.delayed, entry.behind = target.delayed, target.delayed.after(now, pool.laggards.scans)

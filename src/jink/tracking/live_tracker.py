@@ -17,6 +17,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.names import FilterName, KindName
+from ..catalogue.targets import KINDS
 from ..checks import items
 from ..filters.axis_by_axis import AxisByAxis
 from ..filters.bank import Bank
@@ -35,6 +36,7 @@ from .noise_level import parse_sensor_sd
 from .output import tracks_table
 from .placing import Placed
 from .prepare import Settings, sites_of
+from .unseen_heights import with_unseen
 
 LATEST = 9e12  # seconds; microseconds are whole numbers of 64 bits
 Value = float | int | str | bool | None
@@ -181,6 +183,7 @@ class LiveTracker:
         first = np.array([True])
         plane, height = nothing[:, :2], np.array([math.nan])
         placed = Placed(rows, np.zeros(1), nothing, plane, height, first, target.axes, names, frame)
+        placed = with_unseen(placed, [(at - target.vertical, math.inf)], KINDS[self._tracks.settings.kind].climbs)
         manoeuvres = told(estimate, np.zeros(1), first, target.pool.manoeuvres)
         table = tracks_table(placed, estimate, bool(self._tracks.lines.absolute), manoeuvres)
         measured = [column for column in table.columns if column.startswith(("measured_", "nis"))]

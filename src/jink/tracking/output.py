@@ -7,7 +7,7 @@ they follow from kinematics: a = ω × v, and ω = (v × a) / |v|².
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +22,7 @@ from .ground import lifted
 from .manoeuvring import Told
 from .placing import Placed
 from .unknown_height import VARIANCE, along_the_line
+from .unseen_heights import CLIMB, HEIGHT
 
 SLOW = 1e-6  # m/s: below this speed a course means nothing
 NIS_BAND = {
@@ -35,10 +36,19 @@ NIS_BAND = {
 
 
 class State:
-    """Named access to an estimate's components and covariances: x (N, n), P (N, n, n)."""
+    """Named access to an estimate's components and covariances: x (N, n), P (N, n, n).
 
-    def __init__(self, x: np.ndarray, P: np.ndarray, components: Sequence[str]):
-        self.x, self.P = x, P
+    instead (N,): covariances of two components, by their numbers, that stand for those of P.
+    """
+
+    def __init__(
+        self,
+        x: np.ndarray,
+        P: np.ndarray,
+        components: Sequence[str],
+        instead: Mapping[tuple[int, int], np.ndarray] | None = None,
+    ):
+        self.x, self.P, self.instead = x, P, instead or {}
         self.index = {name: i for i, name in enumerate(components)}
 
     def __contains__(self, name: str) -> bool:
@@ -47,10 +57,14 @@ class State:
     def __getitem__(self, name: str) -> np.ndarray:
         return self.x[:, self.index[name]]
 
+    def covariance(self, first: str, second: str) -> np.ndarray:
+        """Of two components (N,)."""
+        i, j = self.index[first], self.index[second]
+        return self.instead[i, j] if (i, j) in self.instead else self.P[:, i, j]
+
     def sd(self, name: str) -> np.ndarray:
         """Standard deviation of one component (N,)."""
-        i = self.index[name]
-        return np.sqrt(self.P[:, i, i])
+        return np.sqrt(self.covariance(name, name))
 
     def sd_of(self, gradient: dict[str, np.ndarray]) -> np.ndarray:
         """Standard deviation of a function of the state, from its gradient by component (N,)."""
@@ -58,7 +72,7 @@ class State:
         variance = np.zeros(self.x.shape[0])
         for a, first in enumerate(names):
             for second in names[a:]:
-                term = gradient[first] * gradient[second] * self.P[:, self.index[first], self.index[second]]
+                term = gradient[first] * gradient[second] * self.covariance(first, second)
                 variance += term if first == second else 2.0 * term
         return np.sqrt(np.maximum(variance, 0.0))
 
@@ -72,7 +86,7 @@ def tracks_table(
     manoeuvres: what is said of them (:mod:`.manoeuvring`). ground (m): no height is below it; NaN: it is not known.
     """
     x, P = lifted(placed, ground, estimate.x, estimate.P, estimate.components)
-    state = State(x, _with_lasting(placed, x, P, estimate.components), estimate.components)
+    state = State(x, P, estimate.components, _with_lasting(placed, x, P, estimate.components))
     columns, sds = _kinematics(state)
     _unknown_velocity(state, np.asarray(estimate.status), columns, sds)
     place, convergence = _position(placed, state)
@@ -110,19 +124,29 @@ def tracks_table(
     return table.select(_ordered(table.columns)).with_columns(**unmarked(placed.rows, table.columns))
 
 
-def _with_lasting(placed: Placed, x: np.ndarray, P: np.ndarray, components: Sequence[str]) -> np.ndarray:
-    """Covariances (N, n, n) with what positions keep of errors that last, those of unknown heights among them."""
-    kept = [name for name in ("lasting", VARIANCE) if name in placed.rows.columns]
+def _with_lasting(
+    placed: Placed, x: np.ndarray, P: np.ndarray, components: Sequence[str]
+) -> dict[tuple[int, int], np.ndarray]:
+    """Covariances of positions (N,) with what they keep of errors that last, and with what unknown heights do to them;
+    of two components by their numbers.
+    """
+    kept = [name for name in ("lasting", VARIANCE, HEIGHT) if name in placed.rows.columns]
     if not kept:
-        return P
-    P, (px, py) = P.copy(), (components.index("px"), components.index("py"))
+        return {}
+    px, py = components.index("px"), components.index("py")
+    xx, yy, xy = P[:, px, px], P[:, py, py], P[:, px, py]
+    found = {}
     if "lasting" in kept:
         variance = placed.rows["lasting"].to_numpy()
-        P[:, px, px] += variance
-        P[:, py, py] += variance
+        xx, yy = xx + variance, yy + variance
+    if HEIGHT in kept:
+        for name, component in ((HEIGHT, "pz"), (CLIMB, "vz")):
+            k = components.index(component)
+            found[k, k] = P[:, k, k] + placed.rows[name].to_numpy()
     if VARIANCE in kept:
-        along_the_line(placed.rows, P, x[:, px], x[:, py], px, py)
-    return P
+        along = along_the_line(placed.rows, x[:, px], x[:, py])
+        xx, yy, xy = (old + more for old, more in zip((xx, yy, xy), along, strict=True))
+    return found | {(px, px): xx, (py, py): yy, (px, py): xy, (py, px): xy}
 
 
 def _ordered(names: list[str]) -> list[str]:

@@ -38,6 +38,7 @@ CORRELATED = 0.5  # share of the targets whose errors are correlated
 COARSE = 1800.0  # s: an even step of at least this is a clock of half hours or hours
 OLDEST = datetime(1990, 1, 1, tzinfo=UTC)
 NAMED = 5  # targets that a finding names
+LONG = 500_000  # rows of a target
 
 
 @dataclass(frozen=True)
@@ -134,6 +135,30 @@ def as_dicts(found: Sequence[Finding], targets: int) -> list[dict[str, Any]]:
 
 def _by_target(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
     """One row per target: counts and quantiles of what the checks look at."""
+    wanted = _looked_at(tracks, kind)
+    runs = tracks.select(pl.col("target").rle().alias("run")).unnest("run")
+    if runs["value"].n_unique() < runs.height:
+        return _grouped(tracks, wanted)
+    # A group is copied, for all figures at once. A long target needs no copy: its figures are found one by one. Its
+    # sums are added in another order than those of a group, so the last digit of its path may differ.
+    found, first, end = [], 0, 0
+    for length in runs["len"]:
+        if length >= LONG:
+            found.append(_grouped(tracks[first:end], wanted))
+            rows = tracks[end : end + length]
+            figures = [rows.select(one) for one in (pl.col("target").first(), *wanted)]
+            found.append(pl.concat(figures, how="horizontal"))
+            first = end + length
+        end += length
+    return pl.concat([*found, _grouped(tracks[first:], wanted)])
+
+
+def _grouped(tracks: pl.DataFrame, wanted: Sequence[pl.Expr]) -> pl.DataFrame:
+    return tracks.group_by("target", maintain_order=True).agg(wanted)
+
+
+def _looked_at(tracks: pl.DataFrame, kind: Kind) -> list[pl.Expr]:
+    """The figures of a target."""
     measured = pl.col("status") != "predicted"
     settled = pl.col("status") == "updated"
     acceleration = (
@@ -148,24 +173,18 @@ def _by_target(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
         known = pl.col(f"measured_{name}").drop_nulls()
         return known.last() - known.first()
 
-    spread = [(pl.col(f"measured_{c}").max() - pl.col(f"measured_{c}").min()).alias(f"spread_{c}") for c in "xy"]
-    return (
-        tracks.lazy()
-        .group_by("target", maintain_order=True)
-        .agg(
-            measured.sum().alias("measured"),
-            pl.col("status").is_in(["gated", "restarted"]).sum().alias("rejected"),
-            pl.col("speed").filter(settled).median().alias("speed"),
-            pl.col("speed").filter(settled).quantile(0.95).alias("fast"),
-            acceleration.filter(settled).quantile(0.1).alias("acceleration"),
-            pl.col("speed").max().alias("fastest"),
-            (leap > FACTOR * kind.speed * time.diff()).mean().alias("jumps"),
-            leap.sum().alias("path"),
-            (last("x") ** 2 + last("y") ** 2).sqrt().alias("away"),
-            *spread,
-        )
-        .collect()
-    )
+    return [
+        measured.sum().alias("measured"),
+        pl.col("status").is_in(["gated", "restarted"]).sum().alias("rejected"),
+        pl.col("speed").filter(settled).median().alias("speed"),
+        pl.col("speed").filter(settled).quantile(0.95).alias("fast"),
+        acceleration.filter(settled).quantile(0.1).alias("acceleration"),
+        pl.col("speed").max().alias("fastest"),
+        (leap > FACTOR * kind.speed * time.diff()).mean().alias("jumps"),
+        leap.sum().alias("path"),
+        (last("x") ** 2 + last("y") ** 2).sqrt().alias("away"),
+        *((pl.col(f"measured_{c}").max() - pl.col(f"measured_{c}").min()).alias(f"spread_{c}") for c in "xy"),
+    ]
 
 
 def _named(some: pl.DataFrame) -> dict[str, Any]:

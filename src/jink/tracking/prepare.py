@@ -32,6 +32,8 @@ from .seen_by_radar import with_lines_of_sight
 from .several_sites import to_the_map
 from .unknown_height import TargetHeight, height_of, on_the_ground
 
+SHIPS = ("mmsi", "imo")  # columns that name ships
+SHIP = "an MMSI or IMO number names a ship, and the filter is that of an aircraft; --kind vessel takes that of a ship"
 EVIDENCE = 1_000_000  # rows that tell what holds for all targets of a larger table
 
 
@@ -173,6 +175,9 @@ def prepare(measurements: Measurements, settings: Settings, known: Known | None 
     if known is None and (some := evidence(measurements.rows)) is not None:
         rows = measurements.rows.join(some, on="target", how="semi", maintain_order="left")
         known = Known.of(prepare(replace(measurements, rows=rows), replace(settings, sites={})), some=True)
+    ships = measurements.named.get("target", "").lower() in SHIPS
+    if ships and settings.kind == "aircraft" and SHIP not in measurements.notes:
+        measurements.notes.append(SHIP)
     pace = known.pace if known else Pace.of(usual_step(measurements.rows), settings)
     fastest = kind_of(settings.kind).speed if settings.check else 0.0
     how = Cleaning(pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale, fastest)

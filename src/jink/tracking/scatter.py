@@ -18,6 +18,8 @@ across the track, where turns show.
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 import polars as pl
 
@@ -48,7 +50,8 @@ def third_differences(
     if usual is None:
         usual = float(np.median(step[inside])) if inside.any() else 0.0
     fine = inside & (step > 0) & (step <= 3.0 * max(usual, 1e-9))
-    changed = np.abs(np.diff(value.reshape(count, -1), axis=0)).max(axis=1) > ROUNDING
+    # NumPy takes the largest of two columns faster than that of each row
+    changed = reduce(np.maximum, np.abs(np.diff(value.reshape(count, -1), axis=0)).T) > ROUNDING
     whole = fine[:-2] & fine[1:-1] & fine[2:] & (changed[:-2] | changed[1:-1] | changed[2:])
     blocks = [_differences(time, value, whole, k) for k in range(0, max(whole.size, 1), BLOCK)]
     return np.concatenate(blocks), np.flatnonzero(whole) + 1
@@ -132,6 +135,9 @@ def grouped_quantile(value: np.ndarray, group: np.ndarray, groups: int, share: f
         some = pl.Series(value[known])
         return np.array([some.quantile(share) if len(some) >= least else np.nan])
     table = pl.DataFrame({"group": group[known], "value": value[known]})
+    # groups that stand together need no search
+    if (group[1:] >= group[:-1]).all():
+        table = table.with_columns(pl.col("group").set_sorted())
     found = table.group_by("group").agg(pl.len().alias("count"), pl.col("value").quantile(share))
     enough = found.filter(pl.col("count") >= least)
     result = np.full(groups, np.nan)

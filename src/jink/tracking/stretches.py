@@ -134,8 +134,8 @@ class Stretched:
         before = place[:1] + rows.start - 1
         if self.end is not None and not _agree(self.end, np.array([0]), found.results, before, rounding):
             return None
-        inner = [np.arange(a, b) + p for a, b, p in zip(bounds[:-1], bounds[1:], place, strict=True)]
-        return _rows_of(found, np.concatenate(inner))
+        inner = [slice(a + p, b + p) for a, b, p in zip(bounds[:-1], bounds[1:], place, strict=True)]
+        return _taken_out(found, inner)
 
     def _whole(self, rows: slice, part: slice) -> Estimate:
         """The piece's estimates out of those of the whole part."""
@@ -172,6 +172,19 @@ class Carried:
 
 def _rows_of(estimate: Estimate, rows: np.ndarray) -> Estimate:
     return replace(estimate, results={name: value[rows] for name, value in estimate.results.items()}, source=None)
+
+
+def _taken_out(estimate: Estimate, inner: list[slice]) -> Estimate:
+    """The estimate of these rows, one slice after the other. The whole one is let go array by array, the largest first:
+    where stretches overlap by much, it has several times as many rows.
+    """
+    whole = estimate.results
+    results = {}
+    for name in sorted(whole, key=lambda name: whole[name].nbytes, reverse=True):
+        value = whole.pop(name)
+        results[name] = np.concatenate([value[rows] for rows in inner])
+        del value
+    return replace(estimate, results=results, source=None)
 
 
 def _agree(

@@ -102,15 +102,12 @@ def on_the_ground(placed: Placed, height: TargetHeight) -> Placed:
     return replace(placed, z=z, plane=plane, rows=placed.rows.with_columns(pl.Series(VARIANCE, variance)))
 
 
-def along_the_line(rows: Any, P: np.ndarray, x: np.ndarray, y: np.ndarray, px: int, py: int) -> None:
-    """Add the variance of unknown heights to covariances P (N, n, n) of positions x, y seen from the origin, in place.
+def along_the_line(rows: Any, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The variance of unknown heights in covariances xx, yy and xy (N,) of positions x, y seen from the origin.
 
     A row that measured nothing has the last variance of the rows before it.
     """
     variance = rows[VARIANCE].fill_nan(None).forward_fill().fill_null(0.0).to_numpy()
     far = np.maximum(np.hypot(x, y), 1.0)
     east, north = x / far, y / far
-    P[:, px, px] += variance * east * east
-    P[:, py, py] += variance * north * north
-    P[:, px, py] += variance * east * north
-    P[:, py, px] += variance * east * north
+    return variance * east * east, variance * north * north, variance * east * north

@@ -157,8 +157,10 @@ def _sds(
     found = verb(placed.time, placed.z, offsets=placed.offsets, covariance=covariance, outputs=("x", "P"))
     index = [found.components.index(f"v{axis}") for axis in "xyz"[: placed.axes]]
     x, own = found.x[:, index], np.sqrt(np.diagonal(found.P, axis1=1, axis2=2)[:, index])
-    said = np.where(rates.fresh[:, None], rates.velocity[:, : placed.axes], np.nan)
-    way = rates.way
+    said, way = rates.velocity[:, : placed.axes], rates.way
+    fresh = np.where(rates.fresh[:, None], said, np.nan)
+    # a rate that hardly ever changes is told by its repeats as well
+    said = np.where(np.isfinite(fresh).sum(axis=0) < ENOUGH, said, fresh)
     flat = said[:, :2] - x[:, :2] if way is None else ((said[:, :2] - x[:, :2]) * way).sum(axis=1, keepdims=True)
     sds: dict[str, float] = {}
     notes: list[str] = []
@@ -170,6 +172,8 @@ def _sds(
         if known.sum() < ENOUGH:
             if name in rates.stated:
                 sds[name] = given.get(name, rates.stated[name])
+            elif known.any():
+                notes.append(f"the reported {name.replace('_', ' ')} is not used: {known.sum()} rows tell too little")
             continue
         scatter, doubt = MEDIAN * float(np.median(np.abs(error[known]))), float(np.median(own[known, columns]))
         there, here = (np.linalg.norm(each[known, columns], axis=1) for each in (said, x))

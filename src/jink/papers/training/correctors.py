@@ -14,7 +14,7 @@ from ...models.provenance import VERSION, Trained
 from ...models.sensor import Position
 from .trainer import Trainer
 
-SETTINGS: dict[str, Any] = {"families": 1500, "hidden": 32, "epochs": 20}
+SETTINGS: dict[str, Any] = {"families": 2500, "hidden": 48, "epochs": 40}
 QUICK: dict[str, Any] = {"families": FEWEST, "hidden": 4, "epochs": 1}
 
 
