@@ -72,7 +72,9 @@ template <class T> void follow(const Composition<T> &c, const TrackState<T> &s, 
 template <class T>
 void record(const Step<T> &step, const TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o, T before, Record<T> &r) {
     const Composition<T> &c = step.c;
-    r.arena = s.arena, r.probability = s.probability;
+    if (r.arena.size() == s.arena.size()) std::copy(s.arena.begin() + c.modes[0].place, s.arena.end(), r.arena.begin() + c.modes[0].place);
+    else r.arena = s.arena;  // what lies before the modes never changes
+    r.probability = s.probability;
     r.dt = s.time - before;
     r.coasted = step.ahead.coasted;
     r.has_input = scan.input != nullptr;

@@ -56,6 +56,7 @@ template <class T> class Smooth {
     std::vector<Passage<T>> passages;
     std::vector<SmoothPair<T>> pairs;
     std::vector<T> most, total;  // of each mode: its pairs' weights together are exp(most) * total
+    std::vector<T> weights;      // of one mode's pairs, twice
     std::vector<T> factors;      // Cholesky factors of the filtered covariances
     std::vector<T> spread;       // of each mode: its pairs about its mean, column by column
 
@@ -90,7 +91,8 @@ template <class T> class Smooth {
         const T zero = splat<T>(0.0);
         for (int k = 0; k < packed_size(n); ++k) m.J[k] = select<T>(lanes_with_it, m.J[k], zero);
         for (int k = 0; k < n; ++k) m.h[k] = select<T>(lanes_with_it, m.h[k], zero);
-        m.s = select<T>(lanes_with_it, m.s, zero), m.rest = select<T>(lanes_with_it, m.rest, splat<T>(1.0));
+        m.s = select<T>(lanes_with_it, m.s, zero);
+        for (T *factor : {&m.rest, &m.grown}) *factor = select<T>(lanes_with_it, *factor, splat<T>(1.0));
     }
 
     void blur(const Record<T> &after) {
@@ -104,24 +106,39 @@ template <class T> class Smooth {
         }
     }
 
+    void advance(const Record<T> &after, int j, const T *start, T *ahead) {
+        c.modes[j].kernels.advance(start, coefficient(after, j), after.input_of(j), ahead);
+        coast(after, j, start, ahead);
+    }
+
+    void coast(const Record<T> &after, int j, const T *start, T *ahead) {
+        if (!forward.coast.active()) return;
+        forward.coast(c.modes[j], select<T>(after.linked, after.dt, splat<T>(0.0)), after.coasted, start, ahead);
+    }
+
     // Mode j's message through the motion from a state as mode j sees it.
     void open(Passage<T> &to, const Route &route, const Record<T> &after, int j, const T *start) {
         const Mode<T> &mode = c.modes[j];
         const SmoothKernels<T> &kernel = kernels[j];
         const int n = mode.shape.n;
+        T ahead[L];
         to.root = &roots[j];
         if (mode.kernels.regressed) {
-            T ahead[L], F[L * L], Q[packed_size(L)];
+            T F[L * L], Q[packed_size(L)];
             mode.kernels.linearise(start, coefficient(after, j), after.input_of(j), ahead, F, Q);
+            coast(after, j, start, ahead);
             to.own = roots[j], to.root = &to.own;
             kernel.blur(Q, to.own);
             kernel.pull(to.own.R, F, to.B);
         } else {
             mode.kernels.pull(start, coefficient(after, j), to.root->R, to.B);
+            advance(after, j, start, ahead);
         }
         to.s = to.root->s, to.rest = to.root->rest;
         if (route.count) enter(to, route, kernel, n, start + n);
         kernel.gram(to.B, to.J);
+        std::copy_n(start, n, to.start);
+        kernel.listen(ahead, &after.arena[mode.place], route.count, to);
     }
 
     // What mode i does not have enters with its prior covariance: noise V V' of the start, in B along B V.
@@ -145,30 +162,43 @@ template <class T> class Smooth {
         const Mode<T> &mode = c.modes[j];
         const Route &route = routes[i * c.count + j];
         Passage<T> &passage = passages[route.passage];
+        SmoothPair<T> &p = pairs[i * c.count + j];
         const int n = mode.shape.n, size = packed_size(n);
-        T seen[L + packed_size(L)], ahead[L], heard[L];
         const T *start = &now.arena[c.modes[i].place];
+        T seen[L + packed_size(L)], heard[L];
         if (!route.alike) {
             const int *places = &mode.sources[i * (n + size)];
-            for (int k = 0; k < (route.first ? n + size : n); ++k) seen[k] = now.arena[places[k]];  // with the covariance or without
+            for (int k = 0; k < (route.first && route.count ? n + size : n); ++k) seen[k] = now.arena[places[k]];
             start = seen;
         }
         if (route.first) open(passage, route, after, j, start);
-        if (mode.kernels.regressed) {
-            T F[L * L], Q[packed_size(L)];
-            mode.kernels.linearise(start, coefficient(after, j), after.input_of(j), ahead, F, Q);
-        } else {
-            mode.kernels.advance(start, coefficient(after, j), after.input_of(j), ahead);
-        }
-        if (forward.coast.active()) forward.coast(mode, select<T>(after.linked, after.dt, splat<T>(0.0)), after.coasted, start, ahead);
-        SmoothPair<T> &p = pairs[i * c.count + j];
-        p.log_weight = kernels[j].hear(passage, route.count, ahead, &after.arena[mode.place], route.alike ? p.h : heard);
+        T *h = route.alike ? p.h : heard;
+        p.log_weight = kernels[j].hear(passage, route.first ? nullptr : start, h);
+        if (!route.first) hear_bent(after, i, j, start, h);
         p.J = passage.J;
         p.share = passage.rest;
         if (route.alike) return;
         p.J = p.own;  // zero but for the components that both have
         for (auto [from, to] : route.states) p.h[to] = heard[from];
         for (auto [from, to] : route.squares) p.own[to] = passage.J[from];
+    }
+
+    // The same where the motion from this start is not what F says: where coasting bends it, and where the mean acceleration is taken
+    // for known, so that a state moves otherwise than its errors.
+    void hear_bent(const Record<T> &after, int i, int j, const T *start, T *h) {
+        const MotionKind kind = c.modes[j].motion.kind;
+        Mask<T> bent = forward.coast.bends(c.modes[j], after.coasted);
+        if (kind == MotionKind::current_statistical || kind == MotionKind::statistical_along_track) bent = splat_mask<T>(true);
+        if (!any(bent)) return;
+        const Route &route = routes[i * c.count + j];
+        Passage<T> &passage = passages[route.passage];
+        T ahead[L], kept[L], own[L], &s = pairs[i * c.count + j].log_weight;
+        std::copy_n(passage.c, L, kept);
+        advance(after, j, start, ahead);
+        kernels[j].listen(ahead, &after.arena[c.modes[j].place], route.count, passage);
+        s = select<T>(bent, kernels[j].hear(passage, nullptr, own), s);
+        for (int k = 0; k < c.modes[j].shape.n; ++k) h[k] = select<T>(bent, own[k], h[k]);
+        std::copy_n(kept, L, passage.c);
     }
 
     void fuse(const Record<T> &now) {
@@ -187,25 +217,42 @@ template <class T> class Smooth {
             }
     }
 
-    // Each pair's share of its first mode's weight, and each mode's probability.
+    // Each pair's weight over exp(reference); returns their sum.
+    T weigh(int i, T reference, T *weight) const {
+        T sum = splat<T>(0.0);
+        for (int j = 0; j < c.count; ++j) {
+            const SmoothPair<T> &p = pairs[i * c.count + j];
+            weight[j] = p.share * exponential<T>(p.log_weight - reference), sum = sum + weight[j];
+        }
+        return sum;
+    }
+
+    // Each pair's share of its first mode's weight, and each mode's probability. All weights are over the largest of any pair; in
+    // lanes where that leaves nothing of a mode, over the largest of its own.
     void share_out() {
         const int m = c.count;
-        T most_of_all = splat<T>(-std::numeric_limits<double>::infinity()), sum_of_all = splat<T>(0.0);
+        T most_of_all = pairs[0].log_weight, sum_of_all = splat<T>(0.0);
+        for (int k = 1; k < m * m; ++k) most_of_all = larger<T>(most_of_all, pairs[k].log_weight);
         for (int i = 0; i < m; ++i) {
-            SmoothPair<T> *p = &pairs[i * m];
-            most[i] = p[0].log_weight, total[i] = splat<T>(0.0);
-            for (int j = 1; j < m; ++j) most[i] = larger<T>(most[i], p[j].log_weight);
-            for (int j = 0; j < m; ++j) p[j].share = p[j].share * exponential<T>(p[j].log_weight - most[i]), total[i] = total[i] + p[j].share;
-            const T over = 1.0 / total[i];
-            for (int j = 0; j < m; ++j) p[j].share = p[j].share * over;
-            most_of_all = larger<T>(most_of_all, most[i]);
+            total[i] = weigh(i, most_of_all, weights.data()), most[i] = splat<T>(0.0), probability[i] = total[i];
+            const Mask<T> faint = total[i] < splat<T>(1e-200);
+            if (any(faint)) weigh_faint(i, most_of_all, faint);
+            const T over = reciprocal(total[i]);
+            for (int j = 0; j < m; ++j) pairs[i * m + j].share = weights[j] * over;
+            sum_of_all = sum_of_all + probability[i];
         }
-        for (int i = 0; i < m; ++i) {
-            most[i] = most[i] - most_of_all;
-            probability[i] = exponential<T>(most[i]) * total[i], sum_of_all = sum_of_all + probability[i];
-        }
-        const T over = 1.0 / sum_of_all;
+        const T over = reciprocal(sum_of_all);
         for (int i = 0; i < m; ++i) probability[i] = probability[i] * over, total[i] = total[i] * over;
+    }
+
+    [[gnu::noinline]] void weigh_faint(int i, T most_of_all, Mask<T> faint) {
+        const int m = c.count;
+        T *own = weights.data() + m, most_of_own = pairs[i * m].log_weight;
+        for (int j = 1; j < m; ++j) most_of_own = larger<T>(most_of_own, pairs[i * m + j].log_weight);
+        total[i] = select<T>(faint, weigh(i, most_of_own, own), total[i]);
+        for (int j = 0; j < m; ++j) weights[j] = select<T>(faint, own[j], weights[j]);
+        most[i] = select<T>(faint, most_of_own - most_of_all, most[i]);
+        probability[i] = select<T>(faint, exponential<T>(most[i]) * total[i], probability[i]);
     }
 
     // Each mode's smoothed estimate over its pairs, matched in two moments, and its message.
@@ -218,13 +265,31 @@ template <class T> class Smooth {
             T *x = &arena[c.modes[i].place], *P = covariances ? x + c.modes[i].shape.n : nullptr;
             kernels[i].merge(&pairs[i * m], m, x, P, messages[i].J, messages[i].h, &spread[i * m * L]);
         }
-        for (int i = 0; i < m; ++i) kernels[i].root(messages[i], roots[i]);
-        for (int i = 0; i < m; ++i) kernels[i].spread(&spread[i * m * L], m - 1, roots[i], messages[i].J, messages[i].h);
+        for (int i = 0; i < m; ++i) widen(i);
         for (int i = 0; i < m; ++i) {
             const Scaled<T> mean = kernels[i].level(factor(i), messages[i].J, messages[i].h);
             const Scaled<T> weight = scaled<T>(total[i] / (mean.rest * larger<T>(now.probability[i], splat<T>(1e-300))));
             messages[i].s = most[i] - mean.log + weight.log, messages[i].rest = weight.rest;
         }
+    }
+
+    // Mode i's message is spread as its pairs are. Where subtraction loses too many digits it is done by roots.
+    void widen(int i) {
+        constexpr double most_grown = 1e3;
+        Message<T> &message = messages[i], whole;
+        const T *V = &spread[i * c.count * L];
+        message.grown = kernels[i].thin(V, c.count - 1, message.J, message.h);
+        const Mask<T> lost = inverse(message.grown <= splat<T>(most_grown));
+        if (!any(lost)) return;
+        const int n = c.modes[i].shape.n;
+        T x[L];
+        kernels[i].merge(&pairs[i * c.count], c.count, x, nullptr, whole.J, whole.h, &spread[i * c.count * L]);
+        whole.s = splat<T>(0.0), whole.rest = whole.grown = splat<T>(1.0);
+        kernels[i].root(whole, roots[i]);
+        kernels[i].spread(V, c.count - 1, roots[i], whole.J, whole.h);
+        for (int k = 0; k < packed_size(n); ++k) message.J[k] = select<T>(lost, whole.J[k], message.J[k]);
+        for (int k = 0; k < n; ++k) message.h[k] = select<T>(lost, whole.h[k], message.h[k]);
+        message.grown = select<T>(lost, splat<T>(1.0), message.grown);
     }
 
     // A track whose next scan has nothing to do with this one ends here: its estimate is the filtered one, to the bit.
@@ -243,7 +308,7 @@ template <class T> class Smooth {
         T sum = splat<T>(0.0);
         for (int i = 0; i < c.count; ++i) {
             const T *x = &arena[c.modes[i].place];
-            sum = sum + kernels[i].unsound(x, x + c.modes[i].shape.n, messages[i]) + probability[i] * 0.0;
+            sum = sum + kernels[i].unsound(x, covariances ? x + c.modes[i].shape.n : nullptr, messages[i]) + probability[i] * 0.0;
         }
         return inverse(is_nan(sum));
     }
@@ -254,7 +319,7 @@ template <class T> class Smooth {
 template <class T>
 Smooth<T>::Smooth(const Composition<T> &composition)
     : c(composition), forward(c), one(c), messages(c.count), next(c.count), roots(c.count), routes(c.count * c.count), pairs(c.count * c.count),
-      most(c.count), total(c.count), factors(c.count * packed_size(L)), spread(c.count * c.count * L) {
+      most(c.count), total(c.count), weights(2 * c.count), factors(c.count * packed_size(L)), spread(c.count * c.count * L) {
     for (int i = 0; i < c.count; ++i) kernels.push_back(smooth_kernels<T>(c.modes[i].shape, c.modes[i].kernels.regressed));
     lay_out_routes();
 }
@@ -286,7 +351,7 @@ template <class T> void Smooth<T>::lay_out_routes() {
 
 template <class T> void Smooth<T>::last(const Record<T> &record) {
     arena = record.arena, probability = record.probability;
-    for (auto &m : messages) m = Message<T>(), m.rest = splat<T>(1.0);
+    for (auto &m : messages) m = Message<T>(), m.rest = m.grown = splat<T>(1.0);
 }
 
 template <class T> void Smooth<T>::last(const Record<T> &record, Mask<T> lanes_of_it) {

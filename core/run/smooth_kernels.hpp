@@ -109,9 +109,10 @@ template <class T, int N> [[gnu::noinline]] void smooth_factor(const T *P, T *L)
     }
 }
 
-// A pivot lost in rounding leaves its column, and its g, zero; h has nothing there.
+// A pivot lost in rounding (or in what was subtracted before, see thin) leaves its column, and its g, zero; h has nothing there.
 template <class T, int N> [[gnu::noinline]] void smooth_root(const Message<T> &m, MessageRoot<T> &to) {
     const T zero = splat<T>(0.0);
+    const T least = rounding_share(N) * m.grown;
     T rest[N], R[packed_size(N)], s = m.s;
     JINK_UNROLL
     for (int i = 0; i < N; ++i) rest[i] = m.h[i];
@@ -120,7 +121,7 @@ template <class T, int N> [[gnu::noinline]] void smooth_root(const Message<T> &m
         T pivot = m.J[packed(j, j)];
         JINK_UNROLL
         for (int k = 0; k < j; ++k) pivot = pivot - R[packed(j, k)] * R[packed(j, k)];
-        const Mask<T> real = pivot > rounding_share(N) * m.J[packed(j, j)];
+        const Mask<T> real = pivot > least * m.J[packed(j, j)];
         const T scale = select<T>(real, over_root(select<T>(real, pivot, splat<T>(1.0))), zero);
         const T g = rest[j] * scale;
         R[packed(j, j)] = to.R[packed(j, j)] = select<T>(real, pivot * scale, zero);
@@ -177,6 +178,40 @@ template <class T, int N> JINK_INLINE void smooth_square(const T *R, T *J) {
             for (int k = 1; k <= j; ++k) sum = sum + R[packed(i, k)] * R[packed(j, k)];
             J[packed(i, j)] = sum;
         }
+}
+
+template <class T, int N> [[gnu::noinline]] T smooth_thin(const T *V, int columns, T *J, T *h) {
+    T A[packed_size(N)], b[N], grown = splat<T>(1.0);
+    JINK_UNROLL
+    for (int k = 0; k < packed_size(N); ++k) A[k] = J[k];
+    JINK_UNROLL
+    for (int k = 0; k < N; ++k) b[k] = h[k];
+    for (int c = 0; c < columns; ++c) {
+        const T *v = V + c * N;
+        T w[N], square = splat<T>(0.0), along = splat<T>(0.0);
+        JINK_UNROLL
+        for (int i = 0; i < N; ++i) {
+            w[i] = A[packed(i, 0)] * v[0];
+            JINK_UNROLL
+            for (int k = 1; k < N; ++k) w[i] = w[i] + A[packed(i, k)] * v[k];
+            square = square + v[i] * w[i], along = along + v[i] * b[i];
+        }
+        const T factor = 1.0 + square, over = reciprocal(factor);
+        grown = grown * factor;
+        along = along * over;
+        JINK_UNROLL
+        for (int i = 0; i < N; ++i) {
+            const T part = w[i] * over;
+            b[i] = b[i] - w[i] * along;
+            JINK_UNROLL
+            for (int k = 0; k <= i; ++k) A[packed(i, k)] = A[packed(i, k)] - part * w[k];
+        }
+    }
+    JINK_UNROLL
+    for (int k = 0; k < packed_size(N); ++k) J[k] = A[k];
+    JINK_UNROLL
+    for (int k = 0; k < N; ++k) h[k] = b[k];
+    return grown;
 }
 
 template <class T, int N> [[gnu::noinline]] void smooth_spread(const T *V, int columns, MessageRoot<T> &m, T *J, T *h) {
@@ -250,8 +285,9 @@ template <class T, int N> [[gnu::noinline]] T smooth_enter(const T *v, T *B, T &
     return logarithm<T>(grown);
 }
 
-template <class T, int N> [[gnu::noinline]] T smooth_hear(const Passage<T> &by, int entering, const T *ahead, const T *x, T *h) {
-    T d[N], c[N], sum[N];
+// c of the state that the passage was opened from; `entering` times B's turn is done to it as well.
+template <class T, int N> [[gnu::noinline]] void smooth_listen(const T *ahead, const T *x, int entering, Passage<T> &by) {
+    T d[N], c[N];
     JINK_UNROLL
     for (int k = 0; k < N; ++k) d[k] = ahead[k] - x[k];
     JINK_UNROLL
@@ -268,6 +304,22 @@ template <class T, int N> [[gnu::noinline]] T smooth_hear(const Passage<T> &by, 
         along = along * by.scale[e];
         JINK_UNROLL
         for (int r = 0; r < N; ++r) c[r] = c[r] - v[r] * along;
+    }
+    JINK_UNROLL
+    for (int k = 0; k < N; ++k) by.c[k] = c[k];
+}
+
+template <class T, int N> [[gnu::noinline]] T smooth_hear(const Passage<T> &by, const T *start, T *h) {
+    T d[N], c[N], sum[N];
+    JINK_UNROLL
+    for (int r = 0; r < N; ++r) c[r] = by.c[r];
+    if (start) {
+        JINK_UNROLL
+        for (int k = 0; k < N; ++k) d[k] = start[k] - by.start[k];
+        JINK_UNROLL
+        for (int r = 0; r < N; ++r)
+            JINK_UNROLL
+            for (int k = 0; k < N; ++k) c[r] = c[r] - by.B[r * N + k] * d[k];
     }
     T square = c[0] * c[0];
     JINK_UNROLL
@@ -346,7 +398,7 @@ template <class T, int N>
     for (int j = 1; j < count; ++j) {
         const SmoothPair<T> &p = pairs[j];
         const T together = weight + p.share, part = p.share * reciprocal(larger<T>(together, splat<T>(1e-300)));
-        const T root = square_root(weight * part);
+        const T product = weight * part, root = product * over_root(larger<T>(product, splat<T>(1e-300)));
         weight = together;
         JINK_UNROLL
         for (int k = 0; k < N; ++k) {
@@ -383,18 +435,22 @@ template <class T, int N>
 template <class T, int N> [[gnu::noinline]] T smooth_unsound(const T *x, const T *P, const Message<T> &m) {
     T sum[4] = {m.s * 0.0, m.rest * 0.0, splat<T>(0.0), splat<T>(0.0)};
     JINK_UNROLL
-    for (int k = 0; k < N; ++k)
-        sum[k % 4] = sum[k % 4] + (x[k] * to_farthest) * 0.0 + (P[packed(k, k)] * to_least_certain) * 0.0 + m.h[k] * 0.0;
+    for (int k = 0; k < N; ++k) sum[k % 4] = sum[k % 4] + (x[k] * to_farthest) * 0.0 + m.h[k] * 0.0;
     JINK_UNROLL
-    for (int i = 0; i < N; ++i)
+    for (int k = 0; k < packed_size(N); ++k) sum[k % 4] = sum[k % 4] + m.J[k] * 0.0;
+    if (P) {
         JINK_UNROLL
-        for (int j = 0; j <= i; ++j) sum[j % 4] = sum[j % 4] + P[packed(i, j)] * 0.0 + m.J[packed(i, j)] * 0.0;
+        for (int k = 0; k < packed_size(N); ++k) sum[k % 4] = sum[k % 4] + P[k] * 0.0;
+        JINK_UNROLL
+        for (int k = 0; k < N; ++k) sum[k % 4] = sum[k % 4] + (P[packed(k, k)] * to_least_certain) * 0.0;
+    }
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
 template <class T, int N, int B> SmoothKernels<T> smooth_kernels_of() {
-    return {smooth_factor<T, N>, smooth_root<T, N>, smooth_blur<T, N, B>, smooth_spread<T, N>, smooth_gram<T, N>,  smooth_pull<T, N>,
-            smooth_enter<T, N>,  smooth_hear<T, N>, smooth_fuse<T, N>,    smooth_level<T, N>,  smooth_merge<T, N>, smooth_unsound<T, N>};
+    return {smooth_factor<T, N>, smooth_root<T, N>,   smooth_blur<T, N, B>, smooth_spread<T, N>, smooth_thin<T, N>,
+            smooth_gram<T, N>,   smooth_pull<T, N>,   smooth_enter<T, N>,   smooth_listen<T, N>, smooth_hear<T, N>,
+            smooth_fuse<T, N>,   smooth_level<T, N>,  smooth_merge<T, N>,   smooth_unsound<T, N>};
 }
 
 }  // namespace jink::inline JINK_LEVEL

@@ -16,17 +16,19 @@ inline constexpr int most_entering = 4;
 inline constexpr double to_farthest = 1.79e308 / farthest, to_least_certain = to_farthest / farthest;
 
 // A message as it is kept from scan to scan, and as s - 1/2 |g - R' e|^2. `rest` is a factor beside exp(s), which spares logarithms.
+// J may be the rest of one that was `grown` times as large, and has its rounding.
 template <class T> struct Message {
-    T J[packed_size(largest_state)], h[largest_state], s, rest;
+    T J[packed_size(largest_state)], h[largest_state], s, rest, grown;
 };
 template <class T> struct MessageRoot {
     T R[packed_size(largest_state)], g[largest_state], s, rest;
 };
 
-// A message through the motion from the scan before: |c - B e|^2 with e in the states before, and J = B' B. `v` and `scale` are of
-// the components that enter (enter below).
+// A message through the motion from the scan before: |c - B e|^2 with e in the states before, about `start`, and J = B' B. `v` and
+// `scale` are of the components that enter (enter below).
 template <class T> struct Passage {
     T B[largest_state * largest_state], J[packed_size(largest_state)], v[most_entering * largest_state], scale[most_entering], s, rest;
+    T start[largest_state], c[largest_state];
     MessageRoot<T> own;  // where its noise depends on the state
     const MessageRoot<T> *root;
 };
@@ -57,14 +59,19 @@ template <class T> struct SmoothKernels {
     void (*blur)(const T *Q, MessageRoot<T> &m);
     // The same for noise of covariance V V', V column after column; J and h of the result.
     void (*spread)(const T *V, int columns, MessageRoot<T> &m, T *J, T *h);
+    // The same from J and h to J and h, column by column: J <- J - J v v' J / (1 + v' J v). Quicker, but digits are lost where
+    // v' J v is large. Returns the product of all 1 + v' J v: no element of the diagonal shrinks by more.
+    T (*thin)(const T *V, int columns, T *J, T *h);
     // J = B' B.
     void (*gram)(const T *B, T *J);
     // B = R' F for a full F.
     void (*pull)(const T *R, const T *F, T *B);
     // B <- (I + v v')^-1/2 B = (I - scale v v') B; log (1 + v' v).
     T (*enter)(const T *v, T *B, T &scale);
-    // h of a message about where `ahead` came from, and its s; `entering` times B's turn is done to c as well.
-    T (*hear)(const Passage<T> &by, int entering, const T *ahead, const T *x, T *h);
+    // c about the state that the passage starts from, which moves to `ahead`; `entering` times B's turn is done to it as well.
+    void (*listen)(const T *ahead, const T *x, int entering, Passage<T> &by);
+    // h of the message about another start (or null), and its s: c is linear in the start.
+    T (*hear)(const Passage<T> &by, const T *start, T *h);
     // Of N(x, L L') and the message: mean and, unless null, covariance of their product, and the message's mean under the former.
     Scaled<T> (*fuse)(const T *L, const T *J, const T *h, const T *x, T *to, T *P);
     // That mean alone.
@@ -72,7 +79,7 @@ template <class T> struct SmoothKernels {
     // Moments of a mode over its pairs, by their shares (P unless null), and their mean message. V gets the spread of the pairs about
     // the mean, count - 1 columns.
     void (*merge)(const SmoothPair<T> *pairs, int count, T *x, T *P, T *J, T *h, T *V);
-    // 0, or NaN where a number is beyond the range of numbers, or a state or variance beyond what a place can be.
+    // 0, or NaN where a number is beyond the range of numbers, or a state or variance beyond what a place can be. P may be null.
     T (*unsound)(const T *x, const T *P, const Message<T> &m);
 };
 

@@ -21,6 +21,13 @@ template <class T> class Coast {
 
     bool active() const { return d.active(); }
 
+    // Where a mode's prediction is not the motion model's alone, which is linear in x.
+    Mask<T> bends(const Mode<T> &mode, const Coasted<T> &late) const {
+        if (!active()) return splat_mask<T>(false);
+        const bool stops = mode.motion.kind == MotionKind::constant_acceleration && !d.reverses;
+        return stops ? splat_mask<T>(true) : (late.plane > splat<T>(0.0)) | (late.height > splat<T>(0.0));
+    }
+
     Coasted<T> over(const TrackState<T> &s, T dt) const {
         return {share(s, s.time + dt - s.last_accepted, dt), share(s, s.time + dt - s.last_height, dt)};
     }

@@ -143,6 +143,7 @@ template <class T> struct Mode {
     MotionKernels<T> kernels;
     UpdateKernels<T> update;
     MixKernel<T> mix;
+    bool alike;                // all modes have its components
     std::vector<T> parameters, prior_variance;
     int place;                 // of its x in the arena; its packed P follows
     std::vector<int> sources;  // for each source mode: the places of x and P as this mode sees them
@@ -199,7 +200,7 @@ template <class T> struct Composition {
 
     void add_mode(const ModeDeclaration &m, bool alike) {
         Mode<T> mode{m.motion, m.shape, motion_kernels<T>(m.motion, declared.unscented), update_kernels<T>(m.shape),
-                     alike ? mix_kernel<T, true>(m.shape.n) : mix_kernel<T, false>(m.shape.n), lifted(m.parameters), lifted(m.prior_variance), 0, {},
+                     alike ? mix_kernel<T, true>(m.shape.n) : mix_kernel<T, false>(m.shape.n), alike, lifted(m.parameters), lifted(m.prior_variance), 0, {},
                      Adaptation<T>(m.adapt, lifted(m.adapt.numbers)), {}, {}, lifted(m.level), m.around_side, m.in_sd, carry_size};
         if (mode.adapt.active()) {
             const MotionKind kind = m.motion.kind;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "models/motion.hpp"
+#include "scan/mix.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
@@ -11,6 +12,9 @@ template <class T> using PredictKernel = void (*)(const T *in, const T *c, const
 template <class T> using LineariseKernel = void (*)(const T *in, const T *c, const T *u, T *x, T *F, T *Q);
 template <class T> using PrepareKernel = void (*)(const MotionSpec &spec, T dt, const T *parameters, T *c);
 template <class T> using NoiseKernel = void (*)(const T *c, T *P);
+// Mixing (mix.hpp) and then prediction.
+template <class T>
+using MixPredictKernel = void (*)(const T *arena, const int *places, const T *weights, int modes, const T *c, const T *u, T *out);
 // x- alone.
 template <class T> using AdvanceKernel = void (*)(const T *in, const T *c, const T *u, T *x);
 // B = R' F, row by row, for a packed lower triangular R.
@@ -25,6 +29,7 @@ template <class T> struct MotionKernels {
     bool linear, regressed;     // F is the same whatever the state; F and Q are what linearise says of this state
     AdvanceKernel<T> advance;   // for the smoothers: null for numbers with derivatives, which are not smoothed
     PullKernel<T> pull;
+    MixPredictKernel<T> mix_predict;  // where all modes have these components; null where that would not be quicker
     bool turned_noise;          // the last of each axis' terms is a pair's covariance over the lesser axis' variance
 };
 
@@ -176,12 +181,21 @@ template <class T, class M> void pull(const T *in, const T *c, const T *R, T *B)
         }
 }
 
+// The mixture stays in registers, as far as they go: two or four states.
+template <class T, class M>
+[[gnu::flatten]] void mix_predict(const T *arena, const int *places, const T *weights, int modes, const T *c, const T *u, T *out) {
+    T mixed[M::n + packed_size(M::n)];
+    mix<T, M::n, true>(arena, places, weights, modes, mixed);
+    predict<T, M>(mixed, c, u, out);
+}
+
 template <class T, class M> MotionKernels<T> kernels_of(const MotionSpec &spec, bool unscented) {
     constexpr bool linear = !M::turn;  // every model but the coordinated turn
     MotionKernels<T> k{M::template prepare<T>, predict<T, M>, linearise<T, M>, M::template add_noise<T>, M::noise_at, M::noise_terms,
-                       linear, unscented && !linear, nullptr, nullptr,
+                       linear, unscented && !linear, nullptr, nullptr, nullptr,
                        spec.kind == MotionKind::statistical_along_track || spec.kind == MotionKind::velocity_along_track};
     if constexpr (smoothed<T>) k.advance = advance<T, M>, k.pull = pull<T, M>;
+    if constexpr (std::is_same_v<T, Pack> && !M::turn && M::block == 2 && M::n <= 4) k.mix_predict = mix_predict<T, M>;
     if (unscented && !linear) k.predict = predict_unscented<T, M>, k.linearise = linearise_unscented<T, M>;
     return k;
 }

@@ -231,6 +231,10 @@ template <class T> void Propagate<T>::operator()(TrackState<T> &s, T dt, const T
                 predict(s, j, &s.arena[mode.place], at, input, fix);
                 continue;
             }
+            if (mode.alike && mode.kernels.mix_predict && !coast.active() && !c.varying && !c.proposes()) {
+                mode.kernels.mix_predict(s.arena.data(), mode.sources.data(), &weights[j * m], m, coefficient(j), input, at);
+                continue;
+            }
             mode.mix(s.arena.data(), mode.sources.data(), &weights[j * m], m, at);
             predict(s, j, at, at, input, fix);
         }

@@ -87,6 +87,18 @@ def test_other_interactions(method, names, axes):
     assert_smoothed(f, oracle, time, z, Pi, filtered)
 
 
+@pytest.mark.parametrize("axes", [1, 2])
+@pytest.mark.parametrize("jump", [50.0, 100.0])
+def test_modes_that_lie_far_apart(jump, axes):
+    """A target that jumps leaves the modes many of their sds apart: messages are spread without losing digits."""
+    time, z = flights(axes, misses=False)
+    z[:, 16:, 0] += jump
+    native, oracle = bank(["cv", "brisk", "ca"], axes)
+    Pi, mu = stay(0.9, 3), np.full(3, 1 / 3)
+    f = jink.IMM(native, position(axes), Pi, mode_probability=mu)
+    assert_smoothed(f, oracle, time, z, Pi, many.imm(oracle, time, z, R(axes), Pi, mu))
+
+
 def test_static_models_are_smoothed_each_by_itself():
     """Exactly: Rauch-Tung-Striebel of each, weighed by what the whole track says of it."""
     time, z = flights(2)
