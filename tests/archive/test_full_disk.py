@@ -6,10 +6,10 @@ import os
 import resource
 import subprocess
 import sys
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from small_disk import mounted, place_for_a_disk
 from test_archive import SAME, flights, hashes, in_files, track
 from typer.testing import CliRunner
 
@@ -26,20 +26,8 @@ def hours(tmp_path):
 
 @pytest.fixture
 def disk(tmp_path):
-    """Where a disk may be mounted; it is taken away after."""
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    yield disk
-    if os.path.ismount(disk):
-        subprocess.run(["umount", "-l", str(disk)], check=True)
-
-
-def mounted(folder: Path, options: str) -> bool:
-    """Whether a small disk could be mounted there, or could get another size."""
-    with suppress(OSError):
-        mount = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
-        return subprocess.run(mount, capture_output=True, check=False).returncode == 0
-    return False
+    with place_for_a_disk(tmp_path) as disk:
+        yield disk
 
 
 def stopped(hours: list[Path], output: Path) -> str:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import polars as pl
 import pytest
+from small_disk import mounted, place_for_a_disk
 
 from benchmarks.kills import COMMANDS, Counts, alive, killed_at, left_behind, make_inputs, start, whole
 
@@ -118,22 +119,10 @@ def test_no_room_is_one_line(folder, what):
     assert (folder / "plots.parquet").read_bytes() == before
 
 
-def mounted(folder: Path, options: str) -> bool:
-    """Whether a small disk could be mounted there."""
-    mount = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
-    with suppress(OSError):
-        return subprocess.run(mount, capture_output=True, check=False).returncode == 0
-    return False
-
-
 @pytest.fixture
 def disk(tmp_path):
-    """Where a disk may be mounted; it is taken away after."""
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    yield disk
-    if os.path.ismount(disk):
-        subprocess.run(["umount", "-l", str(disk)], check=True)
+    with place_for_a_disk(tmp_path) as disk:
+        yield disk
 
 
 @pytest.mark.parametrize("name", ["t.parquet", "t.csv", "t.csv.gz", "t.jsonl", "t.html"])
