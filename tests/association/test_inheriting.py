@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
-from association.test_tracker import imm, pictures, same
+from association.test_tracker import as_the_textbook_has_them, imm, pictures, same
 from oracle.association import Textbook
 
 import jink
@@ -189,12 +189,7 @@ def test_existence_and_ids_are_the_textbook_s():
         z = np.vstack([here, false])
         picture = ours.scan(4.0 * k, z)
         theirs.scan(z)
-        want = sorted(theirs.tracks, key=lambda t: tuple(t.mean))
-        order = np.lexsort(picture.estimate.x.T[::-1])
-        assert len(picture) == len(want)
-        assert np.allclose(picture.existence[order], [t.r for t in want], rtol=1e-7, atol=1e-12)
-        assert np.array_equal(picture.confirmed[order], [t.confirmed for t in want])
-        assert np.array_equal(picture.age[order], [t.age for t in want])
+        order, want = as_the_textbook_has_them(picture, theirs)
         for id_, track in zip(picture.ids[order].tolist(), want, strict=True):
             assert same_as.setdefault(id_, track.id) == track.id
     assert theirs.handed == 1

@@ -64,6 +64,17 @@ def textbook(sky, **changes):
     return Textbook(**(declared | changes))
 
 
+def as_the_textbook_has_them(picture, theirs):
+    """All tracks exist, are confirmed and are as old as in the textbook; their order in the picture, and its tracks."""
+    want = sorted(theirs.tracks, key=lambda t: tuple(t.mean))
+    order = np.lexsort(picture.estimate.x.T[::-1])
+    assert len(picture) == len(want)
+    assert np.allclose(picture.existence[order], [t.r for t in want], rtol=1e-7, atol=1e-12)
+    assert np.array_equal(picture.confirmed[order], [t.confirmed for t in want])
+    assert np.array_equal(picture.age[order], [t.age for t in want])
+    return order, want
+
+
 @pytest.mark.parametrize(
     "name, scans, left, abreast",
     [
@@ -83,12 +94,7 @@ def test_every_track_is_the_textbook_s(name, scans, left, abreast):
     for scan in run.scans[:scans]:
         picture = ours.scan(scan.time, scan.z)
         theirs.scan(scan.z)
-        want = sorted(theirs.tracks, key=lambda t: tuple(t.mean))
-        order = np.lexsort(picture.estimate.x.T[::-1])
-        assert len(picture) == len(want)
-        assert np.allclose(picture.existence[order], [t.r for t in want], rtol=1e-7, atol=1e-12)
-        assert np.array_equal(picture.confirmed[order], [t.confirmed for t in want])
-        assert np.array_equal(picture.age[order], [t.age for t in want])
+        order, want = as_the_textbook_has_them(picture, theirs)
         x, P = picture.estimate.x[order], picture.estimate.P[order]
         assert np.allclose(x, [t.mean for t in want], rtol=1e-9, atol=1e-6)
         assert np.allclose(P, [t.covariance for t in want], rtol=1e-7, atol=1e-6)

@@ -243,8 +243,7 @@ class LiveTracks:
 
     def _in_space(self, target: Followed, position: str, third: str | None) -> None:
         """The first height of a target that was followed in the plane: its filter begins again, with three axes."""
-        if target.slot is not None:
-            self._leaving.append((target.pool, target.slot))
+        self._leave(target)
         self._flush()
         target.axes, target.pool = 3, self._pool(3, position, third)
         target.slot = target.pool.take()

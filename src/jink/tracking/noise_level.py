@@ -117,7 +117,7 @@ def _plane(
     # of all rows a view is enough
     which = slice(None) if measured.all() else measured
     velocity = np.zeros((count, 2))
-    starts = _starts(placed, measured)
+    starts = placed.starts(measured)
     velocity[which] = rough_velocity(placed.time[which], placed.plane[which], starts, usual=usual)
     source, group, of_source = _groups(placed)
     some = placed.time[which], placed.plane[which], velocity[which], starts
@@ -144,7 +144,7 @@ def _plane(
         if "grounded" in placed.rows.columns:
             # heights that were filled in say nothing of the noise of those that were measured
             known &= ~placed.rows["grounded"].to_numpy()
-        some = placed.time[known], placed.height[known], _starts(placed, known), group[known]
+        some = placed.time[known], placed.height[known], placed.starts(known), group[known]
         found = component_sd(*some, of_source.size, usual)
         if known_level:
             found = of_rows.figures("altitude_sd", found)
@@ -207,7 +207,7 @@ def _polar(placed: Placed, given: Mapping[str, float], known_level: NoiseLevel |
         known = np.isfinite(placed.z[:, column])
         value = placed.z[known, column]
         value = np.unwrap(value) if name == "azimuth" else value
-        found = component_sd(placed.time[known], value, _starts(placed, known), group[known], of_source.size)
+        found = component_sd(placed.time[known], value, placed.starts(known), group[known], of_source.size)
         if known_level:
             found = _Known(known_level, source, of_source, False).figures(f"{name}_sd", found)
         figures[f"{name}_sd"], origins[f"{name}_sd"] = _decide(given.get(name), found, of_source, USUAL_POLAR_SD[name])
@@ -314,9 +314,3 @@ def _stated(placed: Placed, sd: np.ndarray, name: str, lines: list[dict[str, Any
         for line in lines:
             line[f"{name}_stated_rows"] = int((known & (placed.rows["source"] == line["source"]).to_numpy()).sum())
     return np.where(known, stated, sd)
-
-
-def _starts(placed: Placed, which: np.ndarray) -> np.ndarray:
-    """First rows of each part among the rows `which`."""
-    part = np.cumsum(placed.new)[which]
-    return np.r_[True, np.diff(part) > 0] if part.size else np.zeros(0, bool)

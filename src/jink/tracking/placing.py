@@ -42,6 +42,11 @@ class Placed:
         """Where parts begin, and the end: (B + 1,)."""
         return np.r_[np.flatnonzero(self.new), self.new.size].astype(np.int64)
 
+    def starts(self, which: np.ndarray) -> np.ndarray:
+        """First rows of each part among the rows `which`."""
+        part = np.cumsum(self.new)[which]
+        return np.r_[True, np.diff(part) > 0] if part.size else np.zeros(0, bool)
+
     def some(self, rows: slice | np.ndarray) -> Placed:
         """Whole parts of it, or rows by their numbers."""
         cut = {name: getattr(self, name)[rows] for name in ("rows", "time", "z", "plane", "height", "new")}

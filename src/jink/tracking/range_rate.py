@@ -75,9 +75,8 @@ def _scatter(placed: Placed, rate: np.ndarray) -> float | None:
     known = np.isfinite(rate)
     if known.sum() < ENOUGH:
         return None
-    part = np.cumsum(placed.new)[known]
-    starts, group = np.r_[True, np.diff(part) > 0], np.zeros(int(known.sum()), int)
-    sd = float(component_sd(placed.time[known], rate[known], starts, group, 1)[0])
+    group = np.zeros(int(known.sum()), int)
+    sd = float(component_sd(placed.time[known], rate[known], placed.starts(known), group, 1)[0])
     return max(sd, LEAST) if np.isfinite(sd) else None
 
 

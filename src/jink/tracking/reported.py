@@ -179,10 +179,8 @@ def joined(
 
 def _off(placed: Placed, velocity: np.ndarray, way: np.ndarray | None, step: float | None) -> np.ndarray:
     """The difference (N,) in m/s of each reported velocity from the one that positions show, along its way."""
-    known = np.isfinite(placed.plane).all(axis=1)
-    part = np.cumsum(placed.new)[known]
-    starts = np.r_[True, np.diff(part) > 0] if part.size else np.zeros(0, bool)
+    known = np.asarray(np.isfinite(placed.plane).all(axis=1))
     rough = np.full((placed.rows.height, 2), np.nan)
-    rough[known] = rough_velocity(placed.time[known], placed.plane[known], starts, usual=step)
+    rough[known] = rough_velocity(placed.time[known], placed.plane[known], placed.starts(known), usual=step)
     error = velocity[:, :2] - rough
     return np.hypot(*error.T) if way is None else np.abs((error * way).sum(axis=1))
