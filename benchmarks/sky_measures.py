@@ -102,22 +102,29 @@ def of_run(truth: Sequence[Picture], pictures: Sequence[Picture], c: float) -> d
 
 
 def side_by_side(truth: Sequence[Picture], pictures: Sequence[Picture], c: float) -> dict[str, float]:
-    """Of two targets: mean lateral separation of their tracks over the true one where they are nearest, and whether
-    the tracks have changed places from before to after; NaN where there are no two tracks.
+    """Of two targets: mean lateral separation of their tracks over the true one, in the last ten scans in which they
+    are nearest and in all of these, and whether the tracks have changed places from before to after; NaN where there
+    are no two tracks.
     """
-    nearest = min(np.linalg.norm(t.points[0] - t.points[1]) for t in truth)
-    pairs, apart = [], []
-    for a, b in zip(truth, pictures, strict=True):
+    distances = [float(np.linalg.norm(t.points[0] - t.points[1])) for t in truth]
+    abreast = [k for k, distance in enumerate(distances) if distance < 1.01 * min(distances)]
+    pairs, apart = [], dict.fromkeys(abreast, math.nan)
+    for k, (a, b) in enumerate(zip(truth, pictures, strict=True)):
         match = gospa(a.points, b.points, c).pairs
         pairs.append(dict(zip(a.ids[match.truth], match.estimate, strict=True)))
-        distance = float(np.linalg.norm(a.points[0] - a.points[1]))
-        if len(pairs[-1]) == 2 and distance < 1.01 * nearest:
-            i, j = (b.points[pairs[-1][k]] for k in (0, 1))
-            apart.append(abs(i[1] - j[1]) / distance)
+        if len(pairs[-1]) == 2 and k in apart:
+            i, j = (b.points[pairs[-1][n]] for n in (0, 1))
+            apart[k] = abs(i[1] - j[1]) / distances[k]
     first = {t: pictures[30].ids[k] for t, k in pairs[30].items()}
     last = {t: pictures[-1].ids[k] for t, k in pairs[-1].items()}
     swapped = float(first[0] == last[1] or first[1] == last[0]) if len(first) == 2 == len(last) else math.nan
-    return {"separation": float(np.mean(apart)) if apart else math.nan, "swaps": swapped}
+    ratios = np.array(list(apart.values()))
+    return {"separation": _mean(ratios[-10:]), "separation throughout": _mean(ratios), "swaps": swapped}
+
+
+def _mean(v: np.ndarray) -> float:
+    v = v[np.isfinite(v)]
+    return float(v.mean()) if len(v) else math.nan
 
 
 def figures(numbers: Numbers, against: Numbers | None = None) -> dict[str, Figure]:

@@ -46,8 +46,18 @@ def test_tracks_that_change_places_are_counted():
     truth = [Picture(ids, np.array([[0.0, 50.0], [0.0, -50.0]]))] * 40
     kept = [Picture(ids, np.array([[0.0, 60.0], [0.0, -60.0]]))] * 40
     swapped = kept[:35] + [Picture(ids[::-1], kept[0].points)] * 5
-    assert side_by_side(truth, kept, 300.0) == pytest.approx({"separation": 1.2, "swaps": 0.0})
+    expected = {"separation": 1.2, "separation throughout": 1.2, "swaps": 0.0}
+    assert side_by_side(truth, kept, 300.0) == pytest.approx(expected)
     assert side_by_side(truth, swapped, 300.0)["swaps"] == 1.0
+
+
+def test_separation_is_of_the_end_of_the_flight_side_by_side_and_of_all_of_it():
+    ids = np.arange(2)
+    truth = [Picture(ids, np.array([[0.0, d], [0.0, -d]])) for d in [500.0] * 10 + [50.0] * 20 + [500.0] * 5]
+    far = Picture(ids, np.array([[0.0, 100.0], [0.0, -100.0]]))
+    near = Picture(ids, np.array([[0.0, 60.0], [0.0, -60.0]]))
+    found = side_by_side(truth, [far] * 20 + [near] * 15, 1000.0)
+    assert (found["separation"], found["separation throughout"]) == pytest.approx((1.2, 1.6))
 
 
 def test_duplicates_are_tracks_beside_a_track_of_the_same_target():
