@@ -172,6 +172,13 @@ bool Many::idle(int s) const {
     return !sector.whole() && pool.live(s) && !one.due && !(one.share > 0.5);
 }
 
+// Does this scan say whether the sensor has seen the track? With sectors a plot may be taken one sector early, and then the track is not
+// due in its own: it counts here, or only misses would be counted there.
+bool Many::looked_at(int s, int sensor) const {
+    const bool early = !sector.whole() && sensors[sensor].scanning && !pool.life[s].due && pool.life[s].share > 0.5;
+    return weighing.unseen[s] < 1.0 || early;
+}
+
 void Many::leave(const std::vector<int> &idle) {
     for (int s : idle) {
         copy_lane(before[s / lanes], s % lanes, pool.packs[s / lanes].state, s % lanes);
@@ -378,7 +385,7 @@ ScanReport Many::scan(double t, int sensor, const PlotRows &rows, const Sector &
         if (pool.live(s)) {
             share_out(s);
             const Life &one = pool.life[s];
-            const bool counts = weighing.unseen[s] < 1.0 && weighing.existence[s] > rules.sure && one.plots >= 5;
+            const bool counts = looked_at(s, sensor) && weighing.existence[s] > rules.sure && one.plots >= 5;
             report.sure += counts, report.seen += counts && one.share > 0.5;
         } else {
             shares[s].clear();

@@ -140,6 +140,7 @@ class Many {
     double evidence(int slot, double unseen, double hit) const;
     void share_out(int slot);
     bool idle(int slot) const;
+    bool looked_at(int slot, int sensor) const;
     void leave(const std::vector<int> &idle);
     void bear(double t, int sensor, ScanReport &report);
     void learn(double dt, int sensor);

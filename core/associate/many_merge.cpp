@@ -33,13 +33,14 @@ void Many::merge(ScanReport &report) {
         widest = std::max(widest, places.back().xx);
     }
     std::sort(places.begin(), places.end(), [](const Place &a, const Place &b) { return a.x != b.x ? a.x < b.x : a.slot < b.slot; });
-    const double reach = std::sqrt(2.0 * rules.merge_within * widest);
     std::vector<int> ended;
     found.assign(pool.slots(), {-1, 0});
-    for (std::size_t i = 0; i < places.size(); ++i)
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const double reach = std::sqrt(rules.merge_within * (places[i].xx + widest));
         for (std::size_t j = i + 1; j < places.size() && places[j].x - places[i].x < reach; ++j) {
             const Place &a = places[i], &b = places[j];
             const double dx = b.x - a.x, dy = b.y - a.y, xx = a.xx + b.xx, xy = a.xy + b.xy, yy = a.yy + b.yy;
+            if (dx * dx > rules.merge_within * xx) continue;  // one axis alone is too far
             const double det = xx * yy - xy * xy;
             if (!(yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy < rules.merge_within * det)) continue;
             const Life &one = pool.life[a.slot], &other = pool.life[b.slot];
@@ -53,6 +54,7 @@ void Many::merge(ScanReport &report) {
             const int count = again ? younger.together + 1 : 1;
             if (count > best.second) best = {older.id, count};
         }
+    }
     for (const Place &at : places) {
         Life &one = pool.life[at.slot];
         one.beside = found[at.slot].first, one.together = found[at.slot].second;

@@ -27,9 +27,9 @@ struct Gate {
     double log_odds = -INFINITY;  // log(Pd / ((1 - Pd) ground)); ground: density of plots that are no track's
 
     // The square within which a plot may be likelier, for variances of the innovation along the axes.
-    double widest(double xx, double yy) const {
+    template <class T> T widest(T xx, T yy) const {
         constexpr double log_two_pi = 1.83787706640934548356;
-        return std::max(square, 2.0 * (log_odds - log_two_pi) - std::log(xx * yy));
+        return larger<T>(splat<T>(2.0 * (log_odds - log_two_pi)) - logarithm<T>(xx * yy), splat<T>(square));
     }
 };
 
@@ -59,7 +59,7 @@ class Scanner {
                     mean[end][a] = x[p][l] + dt * x[v][l];
                     variance[end][a] = P[packed(p, p)][l] + dt * (2.0 * P[packed(v, p)][l] + dt * P[packed(v, v)][l]) + plots.largest[a];
                 }
-                square[end] = sure[l] && axes > 1 ? gate.widest(variance[end][0], variance[end][1]) : gate.square;
+                square[end] = sure[l] && axes > 1 ? gate.widest<double>(variance[end][0], variance[end][1]) : gate.square;
             }
             for (int a = 0; a < axes; ++a) {
                 const double first = std::sqrt(square[0] * variance[0][a]), last = std::sqrt(square[1] * variance[1][a]);
@@ -93,11 +93,12 @@ class Scanner {
               std::vector<Candidate> *found) {
         bool crowded = false;
         int longest = 0;
+        Pack lower[2], upper[2];
+        box(pack, plots, gate, sure, lower, upper);
         for (int l = 0; l < lanes; ++l) {
             near[l].clear(), found[l].clear();
             if (!live[l]) continue;
-            double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
-            box(pack, plots, gate, sure[l], l, low, high);
+            const double low[2] = {lower[0][l], lower[1][l]}, high[2] = {upper[0][l], upper[1][l]};
             plots.within(low, high, [&](int j) { near[l].push_back(j); });
             if (int(near[l].size()) > most) crowded = true, nearest(plots, low, high, most, near[l]);
             std::sort(near[l].begin(), near[l].end());
@@ -185,22 +186,23 @@ class Scanner {
     Measurement<Pack> m;
     Pack log_likelihood, closest, dof;
 
-    void box(const TrackPack &pack, const Plots &plots, const Gate &gate, bool sure, int l, double *low, double *high) const {
+    // Of each lane the box around the gates of all modes.
+    void box(const TrackPack &pack, const Plots &plots, const Gate &gate, const bool *sure, Pack *low, Pack *high) const {
+        Mask<Pack> farther = splat_mask<Pack>(false);
+        for (int l = 0; l < lanes; ++l) set_lane(farther, l, sure[l]);
+        for (int a = 0; a < 2; ++a) low[a] = splat<Pack>(INFINITY), high[a] = splat<Pack>(-INFINITY);
         for (int j = 0; j < c.count; ++j) {
             const Mode<Pack> &mode = c.modes[j];
             const Pack *x = &pack.predicted[mode.place], *P = x + mode.shape.n;
             const int axes = std::min(mode.shape.axes, 2), block = mode.shape.block;
-            double variance[2];
-            for (int a = 0; a < axes; ++a) variance[a] = P[packed(a * block, a * block)][l] + plots.largest[a];
-            const double reach = std::sqrt(sure && axes > 1 ? gate.widest(variance[0], variance[1]) : gate.square);
-            for (int a = 0; a < 2; ++a) {
-                if (a >= axes) {
-                    low[a] = -INFINITY, high[a] = INFINITY;
-                    continue;
-                }
-                const double middle = x[a * block][l], far = reach * std::sqrt(variance[a]);
-                low[a] = std::min(low[a], middle - far), high[a] = std::max(high[a], middle + far);
+            Pack variance[2], square = splat<Pack>(gate.square);
+            for (int a = 0; a < axes; ++a) variance[a] = P[packed(a * block, a * block)] + splat<Pack>(plots.largest[a]);
+            if (axes > 1) square = select<Pack>(farther, gate.widest<Pack>(variance[0], variance[1]), square);
+            for (int a = 0; a < axes; ++a) {
+                const Pack middle = x[a * block], far = square_root(square * variance[a]);
+                low[a] = smaller<Pack>(low[a], middle - far), high[a] = larger<Pack>(high[a], middle + far);
             }
+            for (int a = axes; a < 2; ++a) low[a] = splat<Pack>(-INFINITY), high[a] = splat<Pack>(INFINITY);
         }
     }
 

@@ -30,9 +30,9 @@ def looks(turns, rng, detection=1.0, false=0):
     return found[:, 0], found[:, 1:3], found[:, 3].astype(int)
 
 
-def tracker(clutter):
+def tracker(clutter, half=6e4):
     filter = jink.Kalman(jink.ConstantVelocity(acceleration_psd=0.5), jink.Position(sd=SD))
-    radar = jink.Radar(detection=0.9, clutter_per_scan=clutter, area=(-6e4, 6e4, -6e4, 6e4))
+    radar = jink.Radar(detection=0.9, clutter_per_scan=clutter, area=(-half, half, -half, half))
     return jink.Tracker(filter, radar, targets=4, new_per_hour=10, report=0.0)
 
 
@@ -85,6 +85,19 @@ def test_in_clutter_with_misses_all_are_held():
     assert sorted(apart.argmin(axis=1)) == [0, 1, 2, 3]
     assert follower.clutter_per_scan["radar"] == pytest.approx(25, rel=0.4)
     assert [p.report["sector"] for p in pictures[:3]] == [pictures[0].report["sector"] + k for k in range(3)]
+
+
+@pytest.mark.parametrize("true", [0.9, 0.6])
+def test_the_detection_probability_is_learned_from_hits_one_sector_early_too(true):
+    time, z, _ = looks(150, np.random.default_rng(4), detection=true)
+    t = tracker(1e-3, half=4e5)
+    sectors = Sectors(t, PERIOD, count=4)
+    edges = np.searchsorted(time, PERIOD / 4 * np.arange(4 * 150 + 1))
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        sectors.take(time[a:b], z[a:b])
+    sectors.finish()
+    # 4 targets, 150 turns: 4 standard errors are 0.08 at 0.6; 0.9 is what was declared, and nothing contradicts it
+    assert t.detection["radar"] == pytest.approx(true, abs=0.08 if true < 0.9 else 0.0)
 
 
 def test_a_sector_waits_until_the_next_one_has_closed():
