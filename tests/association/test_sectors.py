@@ -1,5 +1,7 @@
 """An antenna that turns clockwise is followed sector by sector."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -93,7 +95,7 @@ def test_the_detection_probability_is_learned_from_hits_one_sector_early_too(tru
     t = tracker(1e-3, half=4e5)
     sectors = Sectors(t, PERIOD, count=4)
     edges = np.searchsorted(time, PERIOD / 4 * np.arange(4 * 150 + 1))
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in pairwise(edges):
         sectors.take(time[a:b], z[a:b])
     sectors.finish()
     # 4 targets, 150 turns: 4 standard errors are 0.08 at 0.6; 0.9 is what was declared, and nothing contradicts it
