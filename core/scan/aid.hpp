@@ -143,13 +143,13 @@ template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, cons
     const int n = c.reported.n, axes = c.reported.axes, block = c.reported.block;
     T before[largest_state], P[packed_size(largest_state)], after[largest_state];
     const Fix<T> fix = step.position_of(scan);
-    const Mask<T> taken = o.scored & inverse(o.gated) & fix.position;
+    const Mask<T> taken = o.scored & inverse(o.gated) & fix.position, started = o.initialised | o.restarted;
     T *past = s.memory.data() + s.memory.size() - d.memory(axes);
     const T *arena = s.arena.data(), *probability = s.probability.data(), *prior = step.ahead.prior.data();
     if (d.kind == AidInputs::plane) {
         combine(arena, probability, after, nullptr);
         const PlaneMoments<T> predicted(c, step.ahead.predicted.data(), prior, 0), position(c, arena, probability, 0), velocity(c, arena, probability, 1);
-        const Seen<T> seen{predicted, position, velocity, after, probability, prior, scan.time, &fix, taken, o.initialised | o.restarted};
+        const Seen<T> seen{predicted, position, velocity, after, probability, prior, scan.time, &fix, taken, started};
         plane(seen, past, correction.data());
         return;
     }

@@ -83,13 +83,13 @@ template <class T, int A, int B, int N, int Rows> struct Decorrelate {
     }
 };
 
-// One row's S, c = P h and P after it, by a square root of P: with P = L L' and f = L' h,
+// One row's S, c = P h and P after it, which goes where the caller keeps it, by a square root of P: with P = L L' and f = L' h,
 //   S = f' f + R,  c = L f,  P = W W',  W = L - c f' / (S + sqrt(S R)).
 // Sums of squares throughout, so nothing cancels. Potter; Bierman, Factorization Methods for Discrete Sequential Estimation, 1977.
 template <class T, int N> struct FactoredRow {
-    T S, c[N], P[packed_size(N)];
+    T S, c[N];
 
-    [[gnu::noinline]] FactoredRow(const T *h, const T *before, T R) {
+    [[gnu::noinline]] FactoredRow(const T *h, const T *before, T R, T *after) {
         T L[packed_size(N)], W[N * N], f[N];
         cholesky<T>(N, before, L);
         S = R;
@@ -108,7 +108,7 @@ template <class T, int N> struct FactoredRow {
             for (int j = 0; j <= i; ++j) {
                 T sum = W[i * N] * W[j * N];
                 for (int k = 1; k < N; ++k) sum = sum + W[i * N + k] * W[j * N + k];
-                P[packed(i, j)] = sum;
+                after[packed(i, j)] = sum;
             }
     }
 };
@@ -174,10 +174,9 @@ void update_rows(int rows, const Mask<T> *present, T *y, T *H, T *R, bool full, 
         for (int k = 1; k < N; ++k) spread = spread + h[k] * h[k] * P[packed(k, k)];
         const Mask<T> thin = present[r] & (spread > thinnest * S);
         if (__builtin_expect(any(thin), 0)) {
-            const FactoredRow<T, N> row(h, P, R[r]);
+            const FactoredRow<T, N> row(h, P, R[r], factored);
             S = select<T>(thin, row.S, S);
             for (int i = 0; i < N; ++i) c[i] = select<T>(thin, row.c[i], c[i]);
-            for (int k = 0; k < size; ++k) factored[k] = row.P[k];
         }
         const T inverse_S = reciprocal(S);
         const T gain = select<T>(present[r], inverse_S, zero), scaled = gain * e;
