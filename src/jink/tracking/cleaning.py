@@ -148,7 +148,7 @@ def _stale(state: Cleaned, position: str, gap: float) -> int:
     itself.
     """
     rows = state.rows
-    several = rows["source"].n_unique() > 1
+    several = not _in_order_of_sources(rows)
     order = (
         rows.with_row_index("place").sort("target", "source", "time")["place"].to_numpy()
         if several
@@ -185,6 +185,13 @@ def _stale(state: Cleaned, position: str, gap: float) -> int:
         *[pl.when(missing).then(float("nan")).otherwise(pl.col(name)).alias(name) for name in blanked],
     )
     return int(bad.sum())
+
+
+def _in_order_of_sources(rows: pl.DataFrame) -> bool:
+    """Whether rows by target and time are those by target, source and time, as those of one file after the other."""
+    source = rows["source"]
+    later = np.flatnonzero(changes(source) & ~changes(rows["target"]))
+    return bool((source.gather(later) > source.gather(later - 1)).fill_null(False).all())
 
 
 def distances(first: np.ndarray, second: np.ndarray, position: str) -> np.ndarray:
