@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from ..filters import memory
-from ..io.values import codes_of
+from ..io.values import codes_of, short
 from ..tracking.shares import Shares
 from . import job as names
 from .gathering import Place, gather, packed
@@ -68,9 +68,7 @@ def _tables(job: Job, settled: Settled, where: Sequence[Place], shares: Shares) 
 def whole_targets(rows: pl.DataFrame, most: int) -> Iterator[pl.DataFrame]:
     """Parts of at most so many rows, or of one target, by the targets' names; rows of a target keep their order."""
     codes = codes_of(rows["target"])
-    codes = codes.astype(np.uint16) if codes.max(initial=0) < 2**16 else codes
-    # for numbers of 16 bits NumPy sorts by their digits, which takes a third of the time that texts take
-    rows = rows[np.argsort(codes, kind="stable")]
+    rows = rows[np.argsort(short(codes), kind="stable")]
     sizes = np.bincount(codes)
     sizes = sizes[sizes > 0]
     starts = np.r_[0, np.cumsum(sizes)]

@@ -13,7 +13,7 @@ import polars as pl
 
 from ..io.measurements import DIMENSIONS
 from ..io.stages import stage
-from ..io.values import codes_of, order_of
+from ..io.values import codes_of, order_of, short
 from .height_jumps import impossible_heights
 
 STALE_SPEED = 0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
@@ -98,7 +98,7 @@ def _order(state: Cleaned, sort: bool) -> None:
 
 def _backwards(codes: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Rows (N,) that are earlier than one of their target before them."""
-    order = np.argsort(codes, kind="stable")
+    order = np.argsort(short(codes), kind="stable")
     new = np.diff(codes[order], prepend=-1) != 0
     inside = time[order]
     late = np.zeros(time.size, bool)
