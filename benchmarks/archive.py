@@ -4,6 +4,7 @@ python -m benchmarks.archive                    4 million rows, 24 files, 20,000
 python -m benchmarks.archive 4000000 40000000   these numbers of rows, one after the other
 python -m benchmarks.archive --kills 20         kill -9 at as many random moments, and compare the bytes
 python -m benchmarks.archive --dask             two workers of dask, then again with one killed in either stage
+python -m benchmarks.archive --floor            what reading, filtering and writing the same rows cost, each alone
 python -m benchmarks.archive --hot 0.2          the share of all rows that the hot target has
 python -m benchmarks.archive --geographic       latitude and longitude instead of x and y
 """
@@ -219,6 +220,7 @@ def main() -> None:
     parser.add_argument("rows", nargs="*", type=int, default=[4_000_000])
     parser.add_argument("--kills", type=int, default=0)
     parser.add_argument("--dask", action="store_true")
+    parser.add_argument("--floor", action="store_true")
     parser.add_argument("--hot", type=float, default=HOT)
     parser.add_argument("--geographic", action="store_true")
     options = parser.parse_args()
@@ -240,6 +242,10 @@ def main() -> None:
                 f"  wall times {cores} cores {done['wall'] * cores / count * 1e6:.2f} us a row; peaks {peaks} GB",
                 flush=True,
             )
+            if options.floor:
+                from .archive_floor import floor
+
+                print(f"  {floor(files, output)}", flush=True)
             if options.kills:
                 print(killed(files, output, options.kills, done["wall"]), flush=True)
             if options.dask:

@@ -87,15 +87,21 @@ def grounds_of(settled: Settled) -> str:
 
 def _write(first: pl.DataFrame, rest: Iterator[pl.DataFrame], handle: IO[bytes]) -> None:
     """Parquet with a group of rows per table, so that the bytes depend on the rows alone."""
-    import pyarrow as pa
     import pyarrow.parquet as pq
 
     table = first.to_arrow(compat_level=pl.CompatLevel.oldest())
-    texts = [each.name for each in table.schema if pa.types.is_dictionary(each.type) or "string" in str(each.type)]
-    # a dictionary of real numbers costs most of the writing, their compression most of the rest, and both save nothing
-    packing = {each.name: "none" if pa.types.is_floating(each.type) else "snappy" for each in table.schema}
-    how = {"compression": packing, "use_dictionary": texts, "write_statistics": ["target", "time"]}
-    with pq.ParquetWriter(handle, table.schema, **how) as writer:
+    with pq.ParquetWriter(handle, table.schema, **parquet_options(table.schema)) as writer:
         writer.write_table(table)
         for frame in rest:
             writer.write_table(frame.to_arrow(compat_level=pl.CompatLevel.oldest()))
+
+
+def parquet_options(schema: Any) -> dict[str, Any]:
+    """How columns are packed: a dictionary of real numbers costs most of the writing, their compression most of the
+    rest, and both save nothing.
+    """
+    import pyarrow as pa
+
+    texts = [each.name for each in schema if pa.types.is_dictionary(each.type) or "string" in str(each.type)]
+    packing = {each.name: "none" if pa.types.is_floating(each.type) else "snappy" for each in schema}
+    return {"compression": packing, "use_dictionary": texts, "write_statistics": ["target", "time"]}
