@@ -4,6 +4,9 @@ python -m benchmarks.archive                    4 million rows, 24 files, 20,000
 python -m benchmarks.archive 4000000 40000000   these numbers of rows, one after the other
 python -m benchmarks.archive --kills 20         kill -9 at as many random moments, and compare the bytes
 python -m benchmarks.archive --dask             two workers of dask, then again with one killed in either stage
+python -m benchmarks.archive --floor            what reading, filtering and writing the same rows cost, each alone
+python -m benchmarks.archive --whole            whether the tracks are those of one table in memory
+python -m benchmarks.archive --append           a file that is added later, and one of a single target
 python -m benchmarks.archive --hot 0.2          the share of all rows that the hot target has
 python -m benchmarks.archive --geographic       latitude and longitude instead of x and y
 """
@@ -22,6 +25,7 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -75,9 +79,9 @@ def written(folder: Path, rows: int, geographic: bool, share: float = HOT) -> li
     return paths
 
 
-def command(files: list[Path], output: Path) -> list[str]:
+def command(files: Sequence[Path], output: Path, *more: str) -> list[str]:
     names = [str(path) for path in files]
-    return [sys.executable, "-m", "jink", "track", *names, "-o", f"{output}/", "--memory", "2GB", "--json"]
+    return [sys.executable, "-m", "jink", "track", *names, "-o", f"{output}/", "--memory", "2GB", "--json", *more]
 
 
 class Watched:
@@ -106,11 +110,12 @@ def _children(pid: int) -> list[int]:
         return []
 
 
-def tracked(files: list[Path], output: Path) -> dict[str, Any]:
+def tracked(files: Sequence[Path], output: Path, *more: str) -> dict[str, Any]:
     """Wall and processor seconds of a run, of its first stage too, and the peaks of its processes."""
     before = os.times()
     began = time.perf_counter()
-    process = subprocess.Popen(command(files, output), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    words = command(files, output, *more)
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     watched = Watched(process.pid)
     assert process.stdout is not None and process.stderr is not None
     stages: dict[str, float] = {}
@@ -219,6 +224,8 @@ def main() -> None:
     parser.add_argument("rows", nargs="*", type=int, default=[4_000_000])
     parser.add_argument("--kills", type=int, default=0)
     parser.add_argument("--dask", action="store_true")
+    for name in ("--floor", "--whole", "--append"):
+        parser.add_argument(name, action="store_true")
     parser.add_argument("--hot", type=float, default=HOT)
     parser.add_argument("--geographic", action="store_true")
     options = parser.parse_args()
@@ -240,6 +247,18 @@ def main() -> None:
                 f"  wall times {cores} cores {done['wall'] * cores / count * 1e6:.2f} us a row; peaks {peaks} GB",
                 flush=True,
             )
+            if options.floor:
+                from .archive_floor import floor
+
+                print(f"  {floor(files, output)}", flush=True)
+            if options.whole:
+                from .archive_more import at_once
+
+                print(f"  {at_once(files, output)}", flush=True)
+            if options.append:
+                from .archive_more import appended
+
+                print(f"  {appended(files, output)}", flush=True)
             if options.kills:
                 print(killed(files, output, options.kills, done["wall"]), flush=True)
             if options.dask:

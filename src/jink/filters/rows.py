@@ -208,8 +208,9 @@ def row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | Non
             f"covariance: expected ({n}, {columns}, {columns}), or ({n}, {columns}) variances, got {R.shape}"
         )
     diagonal = R if R.ndim == 2 else np.diagonal(R, axis1=1, axis2=2)
-    bad = ~(np.isfinite(diagonal) & (diagonal > 0)).all(axis=1)
-    if bad.any():
+    # NaN is below nothing
+    if n and not (diagonal.min() > 0 and diagonal.max() < np.inf):
+        bad = ~(np.isfinite(diagonal) & (diagonal > 0)).all(axis=1)
         raise ValueError(f"covariance: row {int(np.argmax(bad))} has a variance that is not positive")
     if R.ndim == 3 and columns > 1:
         wrong = native.first_indefinite(R)

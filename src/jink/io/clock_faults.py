@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .evidence import distances
+from .values import short
 
 HOUR, HALF_DAY, DAY, ROLLOVER = 3600.0, 43_200.0, 86_400.0, 1024 * 7 * 86_400.0
 WORDS = {
@@ -25,7 +26,7 @@ def mend(
 ) -> tuple[np.ndarray, list[str]]:
     """Times without such steps, and notes; (N,) in the order of the file. Later rows of a rollover are right."""
     known = np.flatnonzero(np.isfinite(seconds) & np.isfinite(first) & np.isfinite(second))
-    order = known[np.argsort(codes[known], kind="stable")]
+    order = known[np.argsort(short(codes[known]), kind="stable")]
     if order.size < 4:
         return seconds, []
     same = np.diff(codes[order]) == 0

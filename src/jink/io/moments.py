@@ -15,7 +15,7 @@ from .errors import InputError
 from .evidence import Motion
 from .numeric_times import DAY, EARLY
 from .sheet import WILD, Sheet
-from .values import numbers, texts
+from .values import numbers, short, texts
 
 APPLE_EPOCH = 978_307_200.0  # s: 2001-01-01
 GPS_EPOCH = 315_964_800.0  # s: 1980-01-06, where GPS weeks begin
@@ -57,7 +57,7 @@ def doubtful_time(series: pl.Series, codes: np.ndarray) -> bool:
     known = np.isfinite(value)
     if known.sum() < 4 or (value[known] < 0).any() or (value[known] > 63).any() or (value[known] % 1).any():
         return False
-    order = np.flatnonzero(known)[np.argsort(codes[known], kind="stable")]
+    order = np.flatnonzero(known)[np.argsort(short(codes[known]), kind="stable")]
     back = (np.diff(value[order]) < 0) & (np.diff(codes[order]) == 0)
     repeated = np.unique(np.column_stack([codes[order], value[order]]), axis=0).shape[0] < order.size
     return int(back.sum()) >= (1 if repeated else 2)
@@ -321,7 +321,7 @@ def _is_text(series: pl.Series) -> bool:
 def with_midnights(seconds: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, int]:
     """Times of day go on after midnight: 86,400 s more for every step back of more than half a day."""
     order = np.flatnonzero(np.isfinite(seconds))
-    order = order[np.argsort(codes[order], kind="stable")]
+    order = order[np.argsort(short(codes[order]), kind="stable")]
     value = seconds[order]
     new = np.r_[True, np.diff(codes[order]) != 0]
     back = np.r_[False, np.diff(value) < -43_200.0] & ~new

@@ -77,7 +77,10 @@ def _ticks(value: np.ndarray) -> Times | None:
 
 def _mixed(value: np.ndarray) -> Times | None:
     """Seconds and milliseconds (or finer) in one column, if all are then within ten years."""
-    size = np.nan_to_num(np.abs(value))
+    size = np.abs(value)
+    if _unit(np.fmin.reduce(size)) == _unit(np.fmax.reduce(size)):
+        return None
+    size = np.nan_to_num(size)
     factor = np.select([size >= least for least, _, _ in SIZES], [f for _, _, f in SIZES], np.nan)
     units = [name for least, name, f in SIZES if (factor == f).any()]
     seconds = value * factor
@@ -88,11 +91,17 @@ def _mixed(value: np.ndarray) -> Times | None:
     return Times(seconds, True, [f"times are in several units since 1970, each value in its own: {shares}"])
 
 
+def _unit(size: float) -> str | None:
+    """The name of the unit in which times since 1970 are of this size."""
+    return next((name for least, name, _ in SIZES if size >= least), None)
+
+
 def _digits(value: np.ndarray, how: Conventions) -> Times | None:
     """20240115143000 and 202401151430 are dates, if every value is one."""
     known = np.isfinite(value)
+    some = value[known]
     for digits, least, most in DIGITS:
-        if known.any() and ((value[known] >= least) & (value[known] < most) & (value[known] % 1 == 0)).all():
+        if some.size and some.min() >= least and some.max() < most and (some % 1 == 0).all():
             text = pl.Series(np.where(known, value, 0).astype("int64")).cast(pl.String)
             best = readings(text)
             if best and best[0].count == known.sum():

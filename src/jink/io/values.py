@@ -77,5 +77,9 @@ def codes_of(series: pl.Series) -> np.ndarray:
 
 def order_of(codes: np.ndarray, time: np.ndarray) -> np.ndarray:
     """The rows (N,) by code and time; of equal ones the first comes first. NaN comes last."""
-    small = codes.astype(np.uint16) if codes.size and codes.max() < 2**16 else codes
-    return np.lexsort((time, small))
+    return np.lexsort((time, short(codes)))
+
+
+def short(codes: np.ndarray) -> np.ndarray:
+    """The same numbers in 16 bits, where they are that small: NumPy sorts those by their digits, thrice as fast."""
+    return codes.astype(np.uint16) if codes.max(initial=0) < 2**16 else codes

@@ -13,7 +13,7 @@ import polars as pl
 
 from ..io.measurements import DIMENSIONS
 from ..io.stages import stage
-from ..io.values import codes_of, order_of
+from ..io.values import codes_of, order_of, short
 from .height_jumps import impossible_heights
 
 STALE_SPEED = 0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
@@ -98,7 +98,7 @@ def _order(state: Cleaned, sort: bool) -> None:
 
 def _backwards(codes: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Rows (N,) that are earlier than one of their target before them."""
-    order = np.argsort(codes, kind="stable")
+    order = np.argsort(short(codes), kind="stable")
     new = np.diff(codes[order], prepend=-1) != 0
     inside = time[order]
     late = np.zeros(time.size, bool)
@@ -148,7 +148,7 @@ def _stale(state: Cleaned, position: str, gap: float) -> int:
     itself.
     """
     rows = state.rows
-    several = rows["source"].n_unique() > 1
+    several = not _in_order_of_sources(rows)
     order = (
         rows.with_row_index("place").sort("target", "source", "time")["place"].to_numpy()
         if several
@@ -185,6 +185,13 @@ def _stale(state: Cleaned, position: str, gap: float) -> int:
         *[pl.when(missing).then(float("nan")).otherwise(pl.col(name)).alias(name) for name in blanked],
     )
     return int(bad.sum())
+
+
+def _in_order_of_sources(rows: pl.DataFrame) -> bool:
+    """Whether rows by target and time are those by target, source and time, as those of one file after the other."""
+    source = rows["source"]
+    later = np.flatnonzero(changes(source) & ~changes(rows["target"]))
+    return bool((source.gather(later) > source.gather(later - 1)).fill_null(False).all())
 
 
 def distances(first: np.ndarray, second: np.ndarray, position: str) -> np.ndarray:

@@ -126,18 +126,30 @@ def _explained(V: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for parts in _subsets(3):
         _, squares = _fit(plain[list(parts)], weight, target)
         least = np.minimum(least, squares)
-    fits = []
+    sigma, rows = np.full(len(V), np.nan), np.full(len(V), np.nan)
+    # where motion and white errors explain nearly all, nothing is left to save
+    some = np.flatnonzero(least > SURE)
+    if some.size:
+        sigma[some], rows[some] = _markov(plain, weight[some], target[some], least[some])
+    return sigma, rows
+
+
+def _markov(
+    plain: np.ndarray, weight: np.ndarray, target: np.ndarray, least: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same with errors that die away; least (G,): the squares without them."""
+    groups, s, fits = len(target), np.array(SPACINGS, float), []
     for lasting in LASTING:
         markov = shape_of(s / lasting)
         for parts in _subsets(3):
             values, squares = _fit(np.vstack([markov, plain[list(parts)]]), weight, target)
-            white = values[:, 1] if 0 in parts else np.zeros(len(V))
-            fits.append((squares, values[:, 0], white, np.full(len(V), lasting)))
+            white = values[:, 1] if 0 in parts else np.zeros(groups)
+            fits.append((squares, values[:, 0], white, np.full(groups, lasting)))
     squares, sigma, white, rows = (np.array(each) for each in zip(*fits, strict=True))
     best = squares.min(axis=0)
     # of those that fit about as well the largest errors: too small an sd is the worse mistake
     chosen = np.where(squares <= best + AS_GOOD, sigma, -np.inf).argmax(axis=0)
-    sigma, white, rows = (each[chosen, np.arange(len(V))] for each in (sigma, white, rows))
+    sigma, white, rows = (each[chosen, np.arange(groups)] for each in (sigma, white, rows))
     sure = (least - best > SURE) & (best < GOOD) & (sigma > MORE * white)
     return np.where(sure, np.sqrt(np.maximum(sigma, 0.0)), np.nan), np.where(sure, rows, np.nan)
 

@@ -80,7 +80,8 @@ class Moving:
 
         def each(letter: str, values: np.ndarray) -> list[np.ndarray | None]:
             some = [[names[letter + a] for a in axes if letter + a in names] for axes in directions]
-            return [values[k] if k else None for k in some]
+            # side by side in memory, since each is read often
+            return [np.stack([values[i] for i in k]) if k else None for k in some]
 
         velocity = [v for v in each("v", x) if v is not None]
         variance = [v.mean(axis=0) for v in each("v", diagonal) if v is not None]
@@ -126,15 +127,18 @@ def between(moving: Moving, what: Manoeuvres, first: np.ndarray, last: np.ndarra
     """The same with the numbers (N,) of the rows that each row's window begins and ends at."""
     out = [np.empty(first.size) for _ in moving.velocity]
     for begin in range(0, first.size, BLOCK):
-        rows = slice(begin, begin + BLOCK)
-        elapsed = moving.time[last[rows]] - moving.time[first[rows]]
+        rows = slice(begin, min(begin + BLOCK, first.size))
+        # windows that end at their own row need no search for it
+        own = last[rows.start] == rows.start and (np.diff(last[rows]) == 1).all()
+        end = rows if own else last[rows]
+        elapsed = moving.time[end] - moving.time[first[rows]]
         for k, found in enumerate(out):
-            found[rows] = _of_direction(moving, what, k, rows, first[rows], last[rows], elapsed)
+            found[rows] = _of_direction(moving, what, k, rows, first[rows], end, elapsed)
     return out
 
 
 def _of_direction(
-    moving: Moving, what: Manoeuvres, k: int, rows: slice, first: np.ndarray, last: np.ndarray, elapsed: np.ndarray
+    moving: Moving, what: Manoeuvres, k: int, rows: slice, first: np.ndarray, last: Any, elapsed: np.ndarray
 ) -> np.ndarray:
     """T⁻¹ (v(last) - v(first)) against the threshold, in straight modes and in the others."""
     T, mode = np.where(elapsed < SHORT, what.window, elapsed), moving.mode[rows]

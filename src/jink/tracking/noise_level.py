@@ -17,7 +17,8 @@ from ..io.stages import stage
 from ..io.units import ANGLE, LENGTH, SPEED, TIME
 from . import seen_by_radar
 from .cleaning import changes
-from .lasting import FIGURES, kept, lasting_errors, said
+from .decided import Decided
+from .lasting import kept, lasting_errors, said
 from .placing import Placed
 from .scatter import component_sd, plane_scatter, rough_velocity
 
@@ -116,22 +117,26 @@ def _plane(
     measured = np.isfinite(placed.plane[:, 0]) & np.isfinite(placed.plane[:, 1])
     # of all rows a view is enough
     which = slice(None) if measured.all() else measured
-    velocity = np.zeros((count, 2))
     starts = placed.starts(measured)
-    velocity[which] = rough_velocity(placed.time[which], placed.plane[which], starts, usual=usual)
     source, group, of_source = _groups(placed)
-    some = placed.time[which], placed.plane[which], velocity[which], starts
-    found, stamps = plane_scatter(*some, group[which], of_source.size, usual)
+    time, plane, known = placed.time[which], placed.plane[which], None
     if known_level:
-        of_rows = _Known(known_level, source, of_source, _by_target(placed))
-        found, stamps = of_rows.figures("position_sd", found), of_rows.figures("time_sd", stamps)
+        known = Decided(known_level, source, of_source, _by_target(placed))
+    velocity = None
+    found = stamps = np.full(of_source.size, np.nan)
+    if "position" not in given and not (known and known.settles("position_sd", "time_sd")):
+        velocity = rough_velocity(time, plane, starts, usual=usual)
+        found, stamps = plane_scatter(time, plane, velocity, starts, group[which], of_source.size, usual)
+    if known:
+        found, stamps = known.figures("position_sd", found), known.figures("time_sd", stamps)
     lasting = np.full((2, of_source.size), np.nan)
     if "position" not in given:
-        # where time stamps err, that lasts too, and is in the noise along the track
-        white = np.where(np.nan_to_num(stamps) > 0, np.nan, found)
-        lasting = lasting_errors(placed.time[which], placed.plane[which], starts, group[which], white, of_source)
-        if known_level:
-            lasting = of_rows.lasting(lasting)
+        if not known or known.lasts():
+            # where time stamps err, that lasts too, and is in the noise along the track
+            white = np.where(np.nan_to_num(stamps) > 0, np.nan, found)
+            lasting = lasting_errors(time, plane, starts, group[which], white, of_source)
+        if known:
+            lasting = known.lasting(lasting)
         found = np.fmax(found, lasting[0])
     position, origin = _decide(given.get("position"), found, of_source, KINDS[kind].position_sd)
     stamps = np.where(np.isnan(found), 0.0, stamps)
@@ -140,16 +145,7 @@ def _plane(
     figures = {"position_sd": position, "time_sd": stamps}
     origins = {"position_sd": origin}
     if vertical:
-        known = np.isfinite(placed.height)
-        if "grounded" in placed.rows.columns:
-            # heights that were filled in say nothing of the noise of those that were measured
-            known &= ~placed.rows["grounded"].to_numpy()
-        some = placed.time[known], placed.height[known], placed.starts(known), group[known]
-        found = component_sd(*some, of_source.size, usual)
-        if known_level:
-            found = of_rows.figures("altitude_sd", found)
-        asked = given.get("altitude", given.get("z"))
-        figures["altitude_sd"], origins["altitude_sd"] = _decide(asked, found, of_source, USUAL_ALTITUDE_SD)
+        figures["altitude_sd"], origins["altitude_sd"] = _heights(placed, given, group, of_source, known, usual)
     lines = _lines(source, of_source, figures, origins, np.bincount(group[measured], minlength=of_source.size))
     lines = [line | said(lasting, of_source, number) for number, line in enumerate(lines)]
     sd = {name: figure[group] for name, figure in figures.items()}
@@ -160,10 +156,14 @@ def _plane(
         if name in sd and "given" not in origins[name]:
             sd[name] = _stated(placed, sd[name], name, lines)
     covariance = np.zeros((count, placed.axes, placed.axes))
-    along_x, along_y = velocity[:, 0] * sd["time_sd"], velocity[:, 1] * sd["time_sd"]
-    covariance[:, 0, 0] = along_x**2 + sd["position_sd"] ** 2
-    covariance[:, 1, 1] = along_y**2 + sd["position_sd"] ** 2
-    covariance[:, 0, 1] = covariance[:, 1, 0] = along_x * along_y
+    covariance[:, 0, 0] = covariance[:, 1, 1] = sd["position_sd"] ** 2
+    if stamps.any():
+        if velocity is None:
+            velocity = rough_velocity(time, plane, starts, usual=usual)
+        along = velocity * sd["time_sd"][which, None]
+        covariance[which, 0, 0] += along[:, 0] ** 2
+        covariance[which, 1, 1] += along[:, 1] ** 2
+        covariance[which, 0, 1] = covariance[which, 1, 0] = along[:, 0] * along[:, 1]
     if vertical:
         covariance[:, 2, 2] = sd["altitude_sd"] ** 2
     if "cov_ee" in placed.rows.columns:
@@ -181,8 +181,32 @@ def _plane(
         kept_errors = None
     if kept_errors is not None:
         kept_errors[sd["position_sd"] != estimated] = 0.0  # of rows whose accuracy is stated
-    typical = _typical(sd, {"position": "position_sd", "altitude": "altitude_sd"})
+    names = {"position": "position_sd", "altitude": "altitude_sd"}
+    typical = known_level.typical if known_level else _typical(sd, names)
     return NoiseLevel(covariance, typical, lines, lasting=kept_errors)
+
+
+def _heights(
+    placed: Placed,
+    given: Mapping[str, float],
+    group: np.ndarray,
+    of_source: np.ndarray,
+    decided: Decided | None,
+    usual: float | None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The sd of heights by group, and where it comes from."""
+    asked = given.get("altitude", given.get("z"))
+    found = np.full(of_source.size, np.nan)
+    if asked is None and not (decided and decided.settles("altitude_sd")):
+        known = np.isfinite(placed.height)
+        if "grounded" in placed.rows.columns:
+            # heights that were filled in say nothing of the noise of those that were measured
+            known &= ~placed.rows["grounded"].to_numpy()
+        some = placed.time[known], placed.height[known], placed.starts(known), group[known]
+        found = component_sd(*some, of_source.size, usual)
+    if decided:
+        found = decided.figures("altitude_sd", found)
+    return _decide(asked, found, of_source, USUAL_ALTITUDE_SD)
 
 
 def _as_placed(placed: Placed, covariance: np.ndarray, sd: np.ndarray) -> np.ndarray:
@@ -209,7 +233,7 @@ def _polar(placed: Placed, given: Mapping[str, float], known_level: NoiseLevel |
         value = np.unwrap(value) if name == "azimuth" else value
         found = component_sd(placed.time[known], value, placed.starts(known), group[known], of_source.size)
         if known_level:
-            found = _Known(known_level, source, of_source, False).figures(f"{name}_sd", found)
+            found = Decided(known_level, source, of_source, False).figures(f"{name}_sd", found)
         figures[f"{name}_sd"], origins[f"{name}_sd"] = _decide(given.get(name), found, of_source, USUAL_POLAR_SD[name])
     counts = np.bincount(group, minlength=of_source.size)
     sd = {name: figure[group] for name, figure in figures.items()}
@@ -239,28 +263,6 @@ def _groups(placed: Placed) -> tuple[list[str], np.ndarray, np.ndarray]:
 def _by_target(placed: Placed) -> bool:
     """Whether targets report themselves, so that each is a source of its own."""
     return placed.components[:2] == ("x", "y") and isinstance(placed.frame, DevelopedFrame) and not placed.sensors_named
-
-
-@dataclass(frozen=True)
-class _Known:
-    """What other rows of the same table say of these groups."""
-
-    level: NoiseLevel
-    names: list[str]
-    of_source: np.ndarray
-    by_target: bool
-
-    def figures(self, name: str, found: np.ndarray) -> np.ndarray:
-        """A source's figure is the known one; a target's is its own, where it has one."""
-        known = np.array([self.level.figure(source, name) for source in self.names])[self.of_source]
-        first, second = (found, known) if self.by_target else (known, found)
-        return np.where(np.isfinite(first) & ((first > 0) | (name == "time_sd")), first, second)
-
-    def lasting(self, found: np.ndarray) -> np.ndarray:
-        """Errors that last (2, G): only where those of the other rows do."""
-        figures = [[self.level.figure(source, name) for source in self.names] for name in FIGURES]
-        known = np.array(figures)[:, self.of_source]
-        return np.where(np.isfinite(known) & np.isfinite(found), found, known)
 
 
 def _lines(

@@ -48,19 +48,22 @@ class State:
         components: Sequence[str],
         instead: Mapping[tuple[int, int], np.ndarray] | None = None,
     ):
-        self.x, self.P, self.instead = x, P, instead or {}
+        # a copy by component: each is read several times, and far apart rows cost more than their numbers
+        self.columns, self.P, self.known = np.ascontiguousarray(x.T), P, dict(instead or {})
         self.index = {name: i for i, name in enumerate(components)}
 
     def __contains__(self, name: str) -> bool:
         return name in self.index
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self.x[:, self.index[name]]
+        return self.columns[self.index[name]]
 
     def covariance(self, first: str, second: str) -> np.ndarray:
         """Of two components (N,)."""
         i, j = self.index[first], self.index[second]
-        return self.instead[i, j] if (i, j) in self.instead else self.P[:, i, j]
+        if (i, j) not in self.known:
+            self.known[i, j] = self.known[j, i] = self.P[:, i, j].copy()
+        return self.known[i, j]
 
     def sd(self, name: str) -> np.ndarray:
         """Standard deviation of one component (N,)."""
@@ -69,7 +72,7 @@ class State:
     def sd_of(self, gradient: dict[str, np.ndarray]) -> np.ndarray:
         """Standard deviation of a function of the state, from its gradient by component (N,)."""
         names = list(gradient)
-        variance = np.zeros(self.x.shape[0])
+        variance = np.zeros(self.P.shape[0])
         for a, first in enumerate(names):
             for second in names[a:]:
                 term = gradient[first] * gradient[second] * self.covariance(first, second)

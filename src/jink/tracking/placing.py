@@ -131,8 +131,12 @@ def begin_with_height(placed: Placed, covariance: np.ndarray) -> None:
     known, measured = np.isfinite(placed.z[:, 2]), np.isfinite(placed.z[:, 0])
     index = np.cumsum(placed.new) - 1
     starts = np.flatnonzero(placed.new)
+    if known[starts].all():
+        return
     first = np.full(starts.size, np.inf)
-    np.minimum.at(first, index[known], np.flatnonzero(known))
+    some = np.flatnonzero(known)
+    begins = np.flatnonzero(np.diff(index[some], prepend=-1))
+    first[index[some[begins]]] = some[begins]
     before = measured & (np.arange(index.size) < first[index])
     rank = np.cumsum(before) - np.concatenate([[0], np.cumsum(before)])[starts][index]
     chosen = np.flatnonzero(before & (rank <= 2))

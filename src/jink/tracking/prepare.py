@@ -249,7 +249,7 @@ def _group(placed: Placed, pace: Pace, settings: Settings, known: Known | None) 
     # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
     if named or getattr(filter, "fitted", {}).get("noise") == "of each row":
         begin_with_height(placed, level.covariance)
-        covariance = None if level.uniform and known is None else level.covariance
+        covariance = None if known is None and level.uniform else level.covariance
     elif settings.sensor_sd or converted:
         covariance = level.covariance
     # the lowest height of some rows is not that of all

@@ -133,7 +133,7 @@ class Tally:
                 "steps": list(each.steps),
                 "scored": each.scored,
             }
-            for each in self.seen
+            for each in ([Seen.together(self.seen)] if self.seen else [])
         ]
         ends = [each.isoformat() if isinstance(each, datetime) else each for each in self.ends]
         nis = [self.nis.rows, self.nis.inside, self.nis.total]
