@@ -122,6 +122,7 @@ def _plane(
     source, group, of_source = _groups(placed)
     some = placed.time[which], placed.plane[which], velocity[which], starts
     found, stamps = plane_scatter(*some, group[which], of_source.size, usual)
+    scatter = found
     if known_level:
         of_rows = _Known(known_level, source, of_source, _by_target(placed))
         found, stamps = of_rows.figures("position_sd", found), of_rows.figures("time_sd", stamps)
@@ -152,6 +153,8 @@ def _plane(
         figures["altitude_sd"], origins["altitude_sd"] = _decide(asked, found, of_source, USUAL_ALTITUDE_SD)
     lines = _lines(source, of_source, figures, origins, np.bincount(group[measured], minlength=of_source.size))
     lines = [line | said(lasting, of_source, number) for number, line in enumerate(lines)]
+    if "position" in given:
+        _scatter(lines, "position_sd", scatter, of_source)
     sd = {name: figure[group] for name, figure in figures.items()}
     if "given" not in origins["position_sd"] and "dilution" in placed.rows.columns:
         sd["position_sd"] = sd["position_sd"] * placed.rows["dilution"].to_numpy()
@@ -202,18 +205,21 @@ def _as_placed(placed: Placed, covariance: np.ndarray, sd: np.ndarray) -> np.nda
 
 def _polar(placed: Placed, given: Mapping[str, float], known_level: NoiseLevel | None) -> NoiseLevel:
     source, group, of_source = _groups(placed)
-    figures, origins = {}, {}
+    figures, origins, scatter = {}, {}, {}
     for column, name in enumerate(placed.components):
         known = np.isfinite(placed.z[:, column])
         value = placed.z[known, column]
         value = np.unwrap(value) if name == "azimuth" else value
         found = component_sd(placed.time[known], value, placed.starts(known), group[known], of_source.size)
+        scatter |= {f"{name}_sd": found} if name in given else {}
         if known_level:
             found = _Known(known_level, source, of_source, False).figures(f"{name}_sd", found)
         figures[f"{name}_sd"], origins[f"{name}_sd"] = _decide(given.get(name), found, of_source, USUAL_POLAR_SD[name])
     counts = np.bincount(group, minlength=of_source.size)
     sd = {name: figure[group] for name, figure in figures.items()}
     lines = _lines(source, of_source, figures, origins, counts)
+    for name, found in scatter.items():
+        _scatter(lines, name, found, of_source)
     return NoiseLevel(
         np.column_stack(list(sd.values())) ** 2,
         _typical(sd, {n: f"{n}_sd" for n in placed.components}),
@@ -283,6 +289,14 @@ def _lines(
                 line[f"{key}_from"] = str(max(set(origins[key][mine].tolist()), key=origins[key][mine].tolist().count))
         lines.append(line)
     return lines
+
+
+def _scatter(lines: list[dict[str, Any]], name: str, found: np.ndarray, of_source: np.ndarray) -> None:
+    """Beside a given figure, the one that the data show, where they show one."""
+    for number, line in enumerate(lines):
+        mine = found[(of_source == number) & (found > 0)]
+        if mine.size:
+            line[f"{name}_seen"] = float(np.median(mine))
 
 
 def _typical(sd: Mapping[str, np.ndarray], names: Mapping[str, str]) -> dict[str, float]:
