@@ -147,6 +147,26 @@ def test_noise_set_too_small_and_too_large():
     assert "too large" in large["inconsistent"]["likely"]
 
 
+@pytest.mark.parametrize("turns", [False, True])
+def test_a_variance_in_place_of_a_standard_deviation(turns):
+    """Targets that turn keep the NIS above what noise alone would be, and positions were 500 m off without a word."""
+    rng, time = np.random.default_rng(0), np.arange(150) * 4.0
+    course = np.cumsum(np.where((np.arange(150) % 40 < 12) & turns, np.radians(6.0), 0.0))
+    path = np.cumsum(720.0 * np.column_stack([np.sin(course), np.cos(course)]), axis=0)
+    seen = path + rng.normal(0.0, 40.0, path.shape)
+    table = pl.DataFrame({"target": "a", "time": time, "x": seen[:, 0], "y": seen[:, 1]})
+    assert not codes(table, sensor_sd=40.0).keys() & {"noise_given", "inconsistent"}
+    found = codes(table, sensor_sd=1600.0)["noise_given"]
+    assert "variance" in found["likely"]
+    sd = found["mend"].split()[1]
+    assert 25.0 < float(sd.removeprefix("position=")) < 60.0
+    assert "noise_given" not in codes(table, sensor_sd=sd)
+    polar = table.select(
+        "target", "time", range=(pl.col("x") ** 2 + pl.col("y") ** 2).sqrt(), azimuth=pl.arctan2("x", "y")
+    )
+    assert "variance" in codes(polar.slice(5), sensor_sd={"range": 1600.0})["noise_given"]["likely"]
+
+
 def test_the_command_says_it_and_keeps_json_whole(tmp_path):
     path, out = tmp_path / "p.csv", tmp_path / "t.csv"
     straight().write_csv(path)

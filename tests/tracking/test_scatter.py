@@ -90,6 +90,18 @@ def test_a_receiver_that_holds_its_position_at_rest_does_not_look_exact():
     assert component_sd(time, held, new, np.zeros(time.size, int), 1)[0] == pytest.approx(2.5, rel=0.15)
 
 
+@pytest.mark.parametrize("climb", [0.0, 2.0, 150.0])
+def test_steps_of_a_steady_climb_are_no_quantisation(climb):
+    """A climb of 150 m from row to row had a noise of 40 m, whatever it was: its smallest step over the root of 12."""
+    rng, time = np.random.default_rng(3), 10.0 * np.arange(400)
+    new, group = time == 0.0, np.zeros(time.size, int)
+    height = climb * np.arange(400) + rng.normal(0, 0.5, 400)
+    assert component_sd(time, height, new, group, 1)[0] == pytest.approx(0.5, rel=0.15)
+    steps = np.round(height / 7.62) * 7.62
+    if climb:
+        assert 7.62 / np.sqrt(12) * 0.99 < component_sd(time, steps, new, group, 1)[0] < 7.62
+
+
 def test_groups_have_their_own_figure_or_none():
     one, other = _flight(sd=2.0, seed=1), _flight(sd=20.0, seed=2)
     few = _flight(count=10, seed=3)

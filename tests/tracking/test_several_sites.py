@@ -119,3 +119,107 @@ def test_sites_that_make_no_sense(given, tmp_path, capsys):
         app(["track", str(tmp_path / "a.csv"), *(item for site in given for item in ("--site", site))])
     assert ended.value.code == 2
     assert "--site is" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def of_several_heights():
+    """Four aircraft at 2 to 11 km past two radars, with the heights that the plots report, and where they truly are."""
+    rng, geod = np.random.default_rng(2), Geod(ellps="WGS84")
+    time = np.arange(0.0, 400.0, 2.0)
+    tables = []
+    for number, height in enumerate((2000.0, 5000.0, 8000.0, 11000.0)):
+        start, course = 11.2 + 0.2 * number, 40.0 + 70.0 * number
+        longitude, latitude, _ = geod.fwd(
+            np.full(time.size, start), np.full(time.size, 48.4), np.full(time.size, course), 150.0 * time
+        )
+        for k, (name, site) in enumerate(SITES.items()):
+            mine = slice(k, None, 2)
+            size = time[mine].size
+            distance, azimuth, _ = _seen_from(site, latitude[mine], longitude[mine], np.full(size, height))
+            columns = {
+                "target": str(number),
+                "radar": name,
+                "time": time[mine],
+                "range": distance + RANGE_SD * rng.normal(size=size),
+                "azimuth_deg": np.degrees(azimuth + ANGLE_SD * rng.normal(size=size)),
+                "altitude_m": height + 8.0 * rng.normal(size=size),
+                "true_latitude": latitude[mine],
+                "true_longitude": longitude[mine],
+            }
+            tables.append(pl.DataFrame(columns))
+    return pl.concat(tables).sort("time")
+
+
+def _share_inside(found, plots):
+    """The share of positions within two standard deviations along east and north, and the RMS error in metres."""
+    tracks = found.tracks.filter(pl.col("status") == "updated")
+    rows = plots[tracks["row"].to_numpy()]
+    azimuth, _, length = Geod(ellps="WGS84").inv(
+        *(rows[f"true_{name}"].to_numpy() for name in ("longitude", "latitude")),
+        *(tracks[name].to_numpy() for name in ("longitude", "latitude")),
+    )
+    off = np.column_stack([length * np.sin(np.radians(azimuth)), length * np.cos(np.radians(azimuth))])
+    inside = np.abs(off) <= 2.0 * tracks.select("x_sd", "y_sd").to_numpy()
+    return inside.mean(), np.sqrt((length**2).mean())
+
+
+def test_plots_without_a_height_lie_at_that_of_their_target(of_several_heights):
+    """A plot without its height was put at the height of the radar, with a noise of 1 m."""
+    plots = of_several_heights
+    rng = np.random.default_rng(3)
+    some = plots.with_columns(
+        altitude_m=pl.when(pl.Series(rng.random(plots.height) < 0.3)).then(None).otherwise("altitude_m")
+    )
+    _, whole = _share_inside(jink.track(plots, site=SITES, details=True), plots)
+    found = jink.track(some, site=SITES, details=True)
+    share, off = _share_inside(found, plots)
+    assert share > 0.93
+    assert off < 1.1 * whole
+    assert not found.summary["warnings"]
+    # what was not measured is not said to be
+    unseen = some.with_row_index("row").filter(pl.col("altitude_m").is_null())["row"]
+    assert found.tracks.filter(pl.col("row").is_in(unseen.implode()))["measured_z"].null_count() == len(unseen)
+
+
+def test_a_radar_without_heights_takes_those_of_the_other(of_several_heights):
+    plots = of_several_heights
+    some = plots.with_columns(altitude_m=pl.when(pl.col("radar") == "south").then(None).otherwise("altitude_m"))
+    share, off = _share_inside(jink.track(some, site=SITES, details=True), plots)
+    assert share > 0.93
+    assert off < 1.1 * _share_inside(jink.track(plots, site=SITES, details=True), plots)[1]
+
+
+def test_targets_without_heights_are_as_uncertain_as_that_makes_them(of_several_heights):
+    """Several sites knew neither slant ranges nor a given height: positions were 0.5 km off, with an sd of 50 m."""
+    plots = of_several_heights
+    flat = plots.drop("altitude_m").rename({"range": "slant_range"})
+    found = jink.track(flat, site=SITES, target_height="6500,3500", details=True)
+    assert any("targets are taken to be 6500 ± 3500 m above" in note for note in found.summary["notes"])
+    share, off = _share_inside(found, plots)
+    ground = jink.track(flat, site=SITES, target_height="ground", details=True)
+    assert share > 0.9
+    assert off < 0.5 * _share_inside(ground, plots)[1]
+    assert found.summary["consistency"]["inside_95"] > 0.9
+    usual = jink.track(flat, site=SITES, details=True).summary["notes"]
+    assert any("slant ranges without heights: targets are taken to be 3000 ± 2500 m" in note for note in usual)
+    # one target among others has none
+    alone = plots.with_columns(altitude_m=pl.when(pl.col("target") == "1").then(None).otherwise("altitude_m"))
+    found = jink.track(alone, site=SITES, details=True)
+    assert any("slant ranges without heights" in note for note in found.summary["notes"])
+    assert _share_inside(found, plots)[0] > 0.93
+
+
+def test_what_places_of_several_sites_leave_out_is_said(of_several_heights):
+    plots = of_several_heights.drop("altitude_m")
+    notes = jink.track(plots, site=SITES, details=True).summary["notes"]
+    assert any("ranges without heights are taken as ranges along the ground" in note for note in notes)
+    assert not any("range rate" in note for note in notes)
+    notes = jink.track(plots.with_columns(range_rate=pl.lit(3.0)), site=SITES, details=True).summary["notes"]
+    assert any("the range rate is not used" in note for note in notes)
+
+
+def test_rows_in_order_are_in_order_of_several_sites_too(plots):
+    """Rows were sorted by radar, so that those of the second radar came too late."""
+    found = jink.track(plots, site=SITES, sort=False, details=True)
+    assert not found.rejected.height
+    assert found.summary["cleaning"]["unsorted"] == 0

@@ -124,9 +124,11 @@ def _plane(
         known = Decided(known_level, source, of_source, _by_target(placed))
     velocity = None
     found = stamps = np.full(of_source.size, np.nan)
-    if "position" not in given and not (known and known.settles("position_sd", "time_sd")):
+    # what a sample has decided or compared with what is given is not looked at again
+    if not (known and ("position" in given or known.settles("position_sd", "time_sd"))):
         velocity = rough_velocity(time, plane, starts, usual=usual)
         found, stamps = plane_scatter(time, plane, velocity, starts, group[which], of_source.size, usual)
+    scatter = found
     if known:
         found, stamps = known.figures("position_sd", found), known.figures("time_sd", stamps)
     lasting = np.full((2, of_source.size), np.nan)
@@ -148,6 +150,8 @@ def _plane(
         figures["altitude_sd"], origins["altitude_sd"] = _heights(placed, given, group, of_source, known, usual)
     lines = _lines(source, of_source, figures, origins, np.bincount(group[measured], minlength=of_source.size))
     lines = [line | said(lasting, of_source, number) for number, line in enumerate(lines)]
+    if "position" in given:
+        _scatter(lines, "position_sd", scatter, of_source)
     sd = {name: figure[group] for name, figure in figures.items()}
     if "given" not in origins["position_sd"] and "dilution" in placed.rows.columns:
         sd["position_sd"] = sd["position_sd"] * placed.rows["dilution"].to_numpy()
@@ -226,18 +230,21 @@ def _as_placed(placed: Placed, covariance: np.ndarray, sd: np.ndarray) -> np.nda
 
 def _polar(placed: Placed, given: Mapping[str, float], known_level: NoiseLevel | None) -> NoiseLevel:
     source, group, of_source = _groups(placed)
-    figures, origins = {}, {}
+    figures, origins, scatter = {}, {}, {}
     for column, name in enumerate(placed.components):
         known = np.isfinite(placed.z[:, column])
         value = placed.z[known, column]
         value = np.unwrap(value) if name == "azimuth" else value
         found = component_sd(placed.time[known], value, placed.starts(known), group[known], of_source.size)
+        scatter |= {f"{name}_sd": found} if name in given else {}
         if known_level:
             found = Decided(known_level, source, of_source, False).figures(f"{name}_sd", found)
         figures[f"{name}_sd"], origins[f"{name}_sd"] = _decide(given.get(name), found, of_source, USUAL_POLAR_SD[name])
     counts = np.bincount(group, minlength=of_source.size)
     sd = {name: figure[group] for name, figure in figures.items()}
     lines = _lines(source, of_source, figures, origins, counts)
+    for name, found in scatter.items():
+        _scatter(lines, name, found, of_source)
     return NoiseLevel(
         np.column_stack(list(sd.values())) ** 2,
         _typical(sd, {n: f"{n}_sd" for n in placed.components}),
@@ -285,6 +292,14 @@ def _lines(
                 line[f"{key}_from"] = str(max(set(origins[key][mine].tolist()), key=origins[key][mine].tolist().count))
         lines.append(line)
     return lines
+
+
+def _scatter(lines: list[dict[str, Any]], name: str, found: np.ndarray, of_source: np.ndarray) -> None:
+    """Beside a given figure, the one that the data show, where they show one."""
+    for number, line in enumerate(lines):
+        mine = found[(of_source == number) & (found > 0)]
+        if mine.size:
+            line[f"{name}_seen"] = float(np.median(mine))
 
 
 def _typical(sd: Mapping[str, np.ndarray], names: Mapping[str, str]) -> dict[str, float]:

@@ -147,7 +147,7 @@ def _with_lasting(
             k = components.index(component)
             found[k, k] = P[:, k, k] + placed.rows[name].to_numpy()
     if VARIANCE in kept:
-        along = along_the_line(placed.rows, x[:, px], x[:, py])
+        along = along_the_line(placed, x[:, px], x[:, py])
         xx, yy, xy = (old + more for old, more in zip((xx, yy, xy), along, strict=True))
     return found | {(px, px): xx, (py, py): yy, (px, py): xy, (py, px): xy}
 

@@ -32,6 +32,9 @@ JUMPS = 0.2  # share of steps that no target of the kind can make
 REJECTED_ROWS = 5  # of them at least
 HOPELESS = 0.4  # the same, above which the tracks are worth nothing
 LEAST_SD, LARGEST_SD = 0.005, 20e3  # m, of a position's estimated noise
+GIVEN = 5.0  # times the scatter of the data: a given noise is too large, if it is about their variance, or if
+NIS_GIVEN = 0.15  # no mean NIS per dimension is above this, and
+GIVEN_ANYHOW = 8.0  # it is so many times their scatter
 NIS_MEAN = (0.05, 5.0)  # per dimension
 NIS_ROWS = 100
 CORRELATED = 0.5  # share of the targets whose errors are correlated
@@ -116,6 +119,7 @@ def findings(seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency
         *_rejections(targets, seen.shared, sum("range_sd" in line for line in noise)),
         *_stillness(targets),
         *_noise(noise, targets),
+        *_given(noise, targets, consistency),
         *_times(seen),
         *_consistency(seen, noise, consistency),
         *_errors(targets, noise),
@@ -335,6 +339,35 @@ def _noise(noise: Sequence[dict[str, Any]], targets: pl.DataFrame) -> Iterator[F
             mend="--sensor-sd sets the noise; --columns names units and identifiers",
             fatal=not small,
         )
+
+
+def _given(noise: Sequence[dict[str, Any]], targets: pl.DataFrame, consistency: dict[str, float]) -> Iterator[Finding]:
+    """Noise that was given against what the data show: a variance for an sd hides in no NIS, since targets turn.
+
+    Errors that last scatter less than they are large, but not by their square.
+    """
+    small = consistency.get("mean_per_dimension", np.inf) < NIS_GIVEN and targets["error_sd"].null_count() > 0
+    for line in noise:
+        for name in ("position", "range", "altitude"):
+            given, seen = line.get(f"{name}_sd"), line.get(f"{name}_sd_seen")
+            if given is None or seen is None or given < GIVEN * seen:
+                continue
+            square = 0.5 < given / seen**2 < 2.0
+            if not square and not (small and given > GIVEN_ANYHOW * seen):
+                continue
+            yield Finding(
+                "noise_given",
+                f"the given {name} noise is {_metres(given)} m, and {line['source']} scatters by {_metres(seen)} m",
+                **_named(targets),
+                likely="a variance, where a standard deviation is expected"
+                if square
+                else "noise that is set too large",
+                mend=f"--sensor-sd {name}={_metres(seen)} is what the data show; without it, jink estimates the noise",
+            )
+
+
+def _metres(value: float) -> str:
+    return f"{value:.2g}" if value < 100.0 else f"{value:.0f}"
 
 
 def _wrong_dates(tracks: pl.DataFrame) -> pl.DataFrame:

@@ -171,7 +171,7 @@ def prepare(measurements: Measurements, settings: Settings, known: Known | None 
     many tell pace, noise and filter for all.
     """
     if settings.sites:
-        to_the_map(measurements, settings.sites, settings.sensor_sd, settings.kind)
+        to_the_map(measurements, settings.sites, settings.sensor_sd, settings.kind, settings.target_height)
     if known is None and (some := evidence(measurements.rows)) is not None:
         rows = measurements.rows.join(some, on="target", how="semi", maintain_order="left")
         known = Known.of(prepare(replace(measurements, rows=rows), replace(settings, sites={})), some=True)

@@ -84,9 +84,12 @@ def component_sd(
     """
     difference, index = third_differences(time, value, new, usual)
     sd = MEDIAN * grouped_quantile(np.abs(difference), group[index], groups, 0.5)
-    step = np.abs(np.diff(value, prepend=np.nan))
-    step[new | (step < ROUNDING)] = np.nan
-    resolution = grouped_quantile(step, group, groups, 0.01, least=1) / np.sqrt(12.0)
+    step = np.diff(value, prepend=np.nan)
+    step[new] = np.nan
+    # a steady climb has steps of any size, but what they differ by is no less than the step of quantisation
+    change = np.abs(np.diff(step, prepend=np.nan))
+    change[change < ROUNDING] = np.nan
+    resolution = grouped_quantile(change, group, groups, 0.01, least=1) / np.sqrt(12.0)
     resolution[np.bincount(group, minlength=groups) < LEAST + 3] = np.nan
     return np.fmax(np.where(sd < ROUNDING, np.nan, sd), resolution)
 

@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import polars as pl
 
 from ..catalogue.targets import kind_of
 from ..io.errors import InputError
+from ..io.geodesy import DevelopedFrame
 from ..models.observed import to_positions
 from .placing import Placed
 
 GROUND = "ground"
 VARIANCE = "ground_range_variance"  # column (m²) of rows whose height is not known
+BEARING = "line_of_sight_bearing"  # column (rad, clockwise from north) of rows that a radar elsewhere has seen
 STEEPEST = 0.95  # of the range, at most the height
 EXPECTED = "expected METRES,SD above the radar, such as 3000,2500, or ground"
 
@@ -102,12 +103,21 @@ def on_the_ground(placed: Placed, height: TargetHeight) -> Placed:
     return replace(placed, z=z, plane=plane, rows=placed.rows.with_columns(pl.Series(VARIANCE, variance)))
 
 
-def along_the_line(rows: Any, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The variance of unknown heights in covariances xx, yy and xy (N,) of positions x, y seen from the origin.
+def along_the_line(placed: Placed, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The variance of unknown heights in covariances xx, yy and xy (N,) of positions x, y seen from the origin, or
+    along the bearings of the rows.
 
-    A row that measured nothing has the last variance of the rows before it.
+    A row that measured nothing has the last variance, and bearing, of the rows before it.
     """
-    variance = rows[VARIANCE].fill_nan(None).forward_fill().fill_null(0.0).to_numpy()
-    far = np.maximum(np.hypot(x, y), 1.0)
-    east, north = x / far, y / far
+
+    def column(name: str) -> np.ndarray:
+        return np.asarray(placed.rows[name].fill_nan(None).forward_fill().fill_null(0.0).to_numpy())
+
+    variance = column(VARIANCE)
+    if BEARING in placed.rows.columns:
+        turned = placed.frame.anchor_convergence if isinstance(placed.frame, DevelopedFrame) else 0.0
+        east, north = np.sin(column(BEARING) - turned), np.cos(column(BEARING) - turned)
+    else:
+        far = np.maximum(np.hypot(x, y), 1.0)
+        east, north = x / far, y / far
     return variance * east * east, variance * north * north, variance * east * north
