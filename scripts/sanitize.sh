@@ -4,8 +4,8 @@
 #     scripts/sanitize.sh [memory] [threads] [-- arguments of pytest]
 #
 # memory: AddressSanitizer and UndefinedBehaviorSanitizer, on the v3 level (4 lanes, AVX2) and on the baseline level (plain
-# x86-64 code); one live target runs the scalar code on both. The whole suite runs on v3, without the pages in a browser: no
-# engine runs there. Commands that tests start take the sanitizer over. The baseline level is of the same sources, so it runs
+# x86-64 code); one live target runs the scalar code on both. The whole suite runs on v3, without the pages in a browser, which
+# does not start so. Commands that tests start take the sanitizer over. The baseline level is of the same sources, so it runs
 # those tests alone that feed it hostile arguments, and the contract. threads: ThreadSanitizer, on batches and live targets. It
 # prints one line per run, with the tests and the reports; the reports' texts stay in build/sanitize.
 # LEVELS="v3" runs one level alone, JOBS=1 compiles one file at a time, WORKERS=2 runs so many tests at once (1), MINUTES=240
@@ -22,7 +22,7 @@ while [ $# -gt 0 ] && [ "$1" != -- ]; do what+=("$1"); shift; done
 [ $# -gt 0 ] && shift
 [ ${#what[@]} -gt 0 ] || what=(memory threads)
 
-memory_tests=(tests --ignore=tests/report/test_in_browser.py)
+memory_tests=(tests)
 baseline_tests=(tests/contract tests/filters/test_untrusted.py tests/filters/test_bad_input.py tests/test_fuzz_public.py)
 thread_tests=(tests/contract/test_contract_batch.py tests/filters/test_untrusted.py)
 

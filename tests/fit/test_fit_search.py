@@ -84,7 +84,7 @@ def test_every_candidate_can_be_made(axes):
 def test_a_file_within_its_budget(tmp_path, capsys):
     out, page = tmp_path / "best.json", tmp_path / "best.html"
     request = FitRequest(
-        data=FLIGHTS, search=True, filter="cv,ca,cv+ca", minutes=0.5, output=str(out), report=str(page), json=True
+        data=FLIGHTS, search=True, filter="cv,ca,cv+ca", minutes=5.0, output=str(out), report=str(page), json=True
     )
     assert run_fit(request) == 0
     said = json.loads(capsys.readouterr().out)

@@ -1,5 +1,6 @@
 """Made-up tracks in the schema of `jink.track`: straight legs and turns, noise as the sds say."""
 
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -151,6 +152,8 @@ def summary() -> dict[str, object]:
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
     """Headless Chromium. A machine without a browser or playwright skips what needs it, saying so."""
+    if os.environ.get("JINK_SANITIZED"):
+        pytest.skip("a browser does not start under a sanitizer: the page is not opened in one")
     sync_api = pytest.importorskip(
         "playwright.sync_api", reason="playwright is not installed: the page is not opened in a browser"
     )
