@@ -7,6 +7,7 @@
 //   add_noise(c, P)                    P += Q
 //   add_input(u, c, x)                 x += G u, u the known acceleration of each axis
 // Each axis' share of Q is proportional to its variance, parameters[axis]: `noise_terms` coefficients per axis from `noise_at` on.
+// `additive`: those from noise_at on are added to P, and all others belong to F and G.
 // pattern(i, j) says what F_ij is: 0 zero, 1 one, 2 a number. States are interleaved per axis, [p v (a)] ..., then the turn rate.
 #pragma once
 
@@ -57,7 +58,7 @@ template <class T> JINK_INLINE T only_if_elapsed(T dt, T value) { return select<
 // Constant velocity: [p v] per axis. Coefficients: dt, dt^2/2, then (Q00 Q10 Q11) per axis.
 template <int A> struct ConstantVelocity {
     static constexpr int axes = A, block = 2, n = 2 * A, noise_at = 2, noise_terms = 3;
-    static constexpr bool turn = false;
+    static constexpr bool turn = false, additive = true;
     static constexpr int pattern(int i, int j) { return i == j ? 1 : (i % 2 == 0 && j == i + 1 ? 2 : 0); }
     template <class T> static void prepare(const MotionSpec &spec, T dt, const T *parameters, T *c) {
         T q[3];
@@ -93,6 +94,7 @@ template <int A> struct ConstantVelocity {
 template <class Plain> struct AlongTrack : Plain {
     static constexpr int axes = Plain::axes, block = Plain::block, noise_at = Plain::noise_at, own = Plain::noise_terms;
     static constexpr int noise_terms = own + 1;
+    static constexpr bool additive = false;
     template <class T> static void prepare(const MotionSpec &spec, T dt, const T *parameters, T *c) {
         T plain[noise_at + own * axes];
         Plain::prepare(spec, dt, parameters, plain);

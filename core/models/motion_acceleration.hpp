@@ -57,7 +57,7 @@ template <class T> inline void singer_step(T dt, T rate, T *f, T *q) {
 // [p v a] per axis: constant acceleration or Singer. Coefficients: F01 F02 F12 F22, G0 G1, then six Q per axis.
 template <int A> struct AccelerationState {
     static constexpr int axes = A, block = 3, n = 3 * A, noise_at = 6, noise_terms = 6;
-    static constexpr bool turn = false;
+    static constexpr bool turn = false, additive = true;
     static constexpr int pattern(int i, int j) {
         if (i / 3 != j / 3 || j < i) return 0;
         return i == j && i % 3 != 2 ? 1 : 2;
@@ -130,6 +130,7 @@ template <int A> struct CurrentStatistical : AccelerationState<A> {
 // Friedland, IEEE Trans. AC-14(4), 1969; Alouani, Xia, Rice & Blair, IEEE Trans. AC-38(5), 1993.
 template <int A, bool Split> struct Augmented : AccelerationState<A> {
     static constexpr int noise_at = 6, noise_terms = 3;
+    static constexpr bool additive = !Split;
     template <class T> static void prepare(const MotionSpec &spec, T dt, const T *parameters, T *c) {
         T q[3];
         acceleration_noise(spec.noise, dt, q);

@@ -30,7 +30,7 @@ template <class T> struct TurnFunctions {
 // Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 11.7.
 template <int A> struct CoordinatedTurn {
     static constexpr int axes = A, block = 2, n = 2 * A + 1, rate = 2 * A, noise_at = 2, noise_terms = 3;
-    static constexpr bool turn = true;
+    static constexpr bool turn = true, additive = false;
     static constexpr int pattern(int i, int j) {
         if (i == rate) return j == rate;
         if (i >= 4) return j == rate ? 0 : ConstantVelocity<A>::pattern(i, j);
@@ -70,7 +70,7 @@ template <int A> struct CoordinatedTurn {
 // Turn at a known rate. Coefficients as for constant velocity, then S dt, C dt, sine, cosine of the turn.
 template <int A> struct KnownTurn {
     static constexpr int axes = A, block = 2, n = 2 * A, turned = 2 + 3 * A, noise_at = 2, noise_terms = 3;
-    static constexpr bool turn = false;
+    static constexpr bool turn = false, additive = false;
     static constexpr int pattern(int i, int j) {
         if (i >= 4) return ConstantVelocity<A>::pattern(i, j);
         return j == 1 || j == 3 ? 2 : i == j;

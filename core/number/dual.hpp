@@ -8,6 +8,7 @@
 #pragma once
 
 #include <concepts>
+#include <utility>
 
 #include "number/elementary.hpp"
 
@@ -70,6 +71,20 @@ template <class V, int K> struct Dual {
 template <class V, int K> struct NumberTraits<Dual<V, K>> : NumberTraits<V> {};
 template <class T>
 concept WithSlopes = std::same_as<T, Dual<decltype(T::value), T::slopes>>;
+
+// The number without its slopes.
+template <class T> JINK_INLINE auto &value_of(T &x) {
+    if constexpr (WithSlopes<std::remove_const_t<T>>) return x.value;
+    else return x;
+}
+template <class T> using Value = std::remove_cvref_t<decltype(value_of(std::declval<T &>()))>;
+
+template <WithSlopes T> inline bool without_slopes(const T *x, int n) {
+    Mask<T> found = splat_mask<T>(false);
+    for (int i = 0; i < n; ++i)
+        for (const auto &slope : x[i].slope) found = found | (slope != splat<decltype(T::value)>(0.0));
+    return !any(found);
+}
 
 // f(a) with f'(a) times each slope.
 template <WithSlopes T, class V> JINK_INLINE T chained(T a, V value, V derivative) {

@@ -22,8 +22,9 @@
 #endif
 
 #define JINK_INLINE inline __attribute__((always_inline))
+#define JINK_UNROLL_PACKS _Pragma("GCC unroll 16")
 #ifndef JINK_UNROLL  // numbers with derivatives are too large to unroll: see motion_dual.cpp
-#define JINK_UNROLL _Pragma("GCC unroll 16")
+#define JINK_UNROLL JINK_UNROLL_PACKS
 #endif
 
 namespace jink::inline JINK_LEVEL {

@@ -6,7 +6,7 @@
 
 namespace jink::inline JINK_LEVEL {
 
-inline constexpr int slopes_at_once = 2;  // the most that stay in registers
+inline constexpr int slopes_at_once = 5;  // more would leave the inner caches
 using Slopes = Dual<Pack, slopes_at_once>;
 
 extern template MotionKernels<Slopes> motion_kernels<Slopes>(const MotionSpec &, bool);

@@ -31,6 +31,7 @@ template <class T> struct MotionKernels {
     PullKernel<T> pull;
     MixPredictKernel<T> mix_predict;  // where all modes have these components; null where that would not be quicker
     bool turned_noise;          // the last of each axis' terms is a pair's covariance over the lesser axis' variance
+    PredictKernel<Value<T>> slope;  // of numbers with slopes, where F and G may have none (see predict_slopes); else null
 };
 
 template <class T> inline constexpr bool smoothed = std::is_same_v<T, double> || std::is_same_v<T, Pack>;
@@ -80,6 +81,24 @@ template <class T, class M> void predict(const T *in, const T *c, const T *u, T 
     for (int i = 0; i < n; ++i) out[i] = y[i];
     JINK_UNROLL
     for (int k = 0; k < size; ++k) out[n + k] = result[k];
+}
+
+// Where F and G have no slopes, prediction is linear in the state, the input and the noise: the slopes move as the values do.
+template <WithSlopes T>
+void predict_slopes(const MotionKernels<T> &kernels, int axes, int size, const T *in, const T *c, const T *u, T *out) {
+    using V = Value<T>;
+    constexpr int largest = largest_state + packed_size(largest_state);
+    V from[largest], to[largest], coefficients[largest_coefficients], input[3];
+    const int coefficients_end = kernels.noise_at + axes * (kernels.noise_terms + 1);
+    for (int i = 0; i < kernels.noise_at; ++i) coefficients[i] = c[i].value;
+    for (int k = -1; k < T::slopes; ++k) {
+        const auto part = [k](auto &x) -> auto & { return k < 0 ? x.value : x.slope[k]; };
+        for (int i = 0; i < size; ++i) from[i] = part(in[i]);
+        for (int i = kernels.noise_at; i < coefficients_end; ++i) coefficients[i] = part(c[i]);
+        for (int a = 0; u && a < axes; ++a) input[a] = part(u[a]);
+        kernels.slope(from, coefficients, u ? input : nullptr, to);
+        for (int i = 0; i < size; ++i) part(out[i]) = to[i];
+    }
 }
 
 // Unscented prediction with the 2n symmetric points x +- sqrt(n) L_i, all of weight 1/2n: no point has a negative weight,
@@ -189,17 +208,18 @@ template <class T, class M>
     predict<T, M>(mixed, c, u, out);
 }
 
+template <class T> MotionKernels<T> motion_kernels(const MotionSpec &spec, bool unscented);
+
 template <class T, class M> MotionKernels<T> kernels_of(const MotionSpec &spec, bool unscented) {
     constexpr bool linear = !M::turn;  // every model but the coordinated turn
     MotionKernels<T> k{M::template prepare<T>, predict<T, M>, linearise<T, M>, M::template add_noise<T>, M::noise_at, M::noise_terms,
                        linear, unscented && !linear, nullptr, nullptr, nullptr,
-                       spec.kind == MotionKind::statistical_along_track || spec.kind == MotionKind::velocity_along_track};
+                       spec.kind == MotionKind::statistical_along_track || spec.kind == MotionKind::velocity_along_track, nullptr};
+    if constexpr (WithSlopes<T> && M::additive) k.slope = motion_kernels<Value<T>>(spec, unscented).predict;
     if constexpr (smoothed<T>) k.advance = advance<T, M>, k.pull = pull<T, M>;
     if constexpr (std::is_same_v<T, Pack> && !M::turn && M::block == 2 && M::n <= 4) k.mix_predict = mix_predict<T, M>;
     if (unscented && !linear) k.predict = predict_unscented<T, M>, k.linearise = linearise_unscented<T, M>;
     return k;
 }
-
-template <class T> MotionKernels<T> motion_kernels(const MotionSpec &spec, bool unscented);
 
 }  // namespace jink::inline JINK_LEVEL

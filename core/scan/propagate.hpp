@@ -144,9 +144,16 @@ template <class T> class Propagate {
         coast(mode, last_dt, coasted, from, out);
     }
 
+    static void run(const Mode<T> &mode, const T *in, const T *coefficients, const T *input, T *out) {
+        if constexpr (WithSlopes<T>)
+            if (mode.kernels.slope && without_slopes(coefficients, mode.kernels.noise_at))
+                return predict_slopes(mode.kernels, mode.shape.axes, mode.size(), in, coefficients, input, out);
+        mode.kernels.predict(in, coefficients, input, out);
+    }
+
     void move(TrackState<T> &s, int j, const T *in, T *out, const T *input, const Fix<T> *fix) {
         const Mode<T> &mode = c.modes[j];
-        if (!c.varying && !c.proposes()) return mode.kernels.predict(in, coefficient(j), input, out);
+        if (!c.varying && !c.proposes()) return run(mode, in, coefficient(j), input, out);
         const int axes = mode.shape.axes;
         T known[3];
         const T *level = c.proposes() ? proposal.numbers.level(j) : mode.level.empty() ? nullptr : mode.level.data();
@@ -164,7 +171,7 @@ template <class T> class Propagate {
             }
             input = known;
         }
-        mode.kernels.predict(in, coefficient(j), input, out);
+        run(mode, in, coefficient(j), input, out);
         if (mode.adapt.active()) adapt(s, j, fix, out);
         for (int a = 0; c.varying && a < axes; ++a) inputs[j * 3 + a] = input ? input[a] : splat<T>(0.0);
     }

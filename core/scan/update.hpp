@@ -9,6 +9,7 @@
 
 #include "models/motion.hpp"
 #include "models/sensor.hpp"
+#include "number/dual.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
@@ -221,16 +222,16 @@ template <class T, int A, int B, int N, int Rows>
 
 // Component p of the state is measured as z with variance R, or is missing.
 template <class T, int N> struct DirectRow {
-    T e, S, nis;
+    T e, S, nis, gain, kept, scaled, c[N];  // gain = 1 / S or 0, kept = R / S or 1, scaled = e / S, c = P h
 
+    DirectRow() = default;
     JINK_INLINE DirectRow(int p, Mask<T> present, T z, T R, T *x, T *P) {
         const T zero = splat<T>(0.0), one = splat<T>(1.0), variance = P[packed(p, p)] + R;
         const T inverse_S = reciprocal(variance);
         e = select<T>(present, z - x[p], zero);
         S = select<T>(present, variance, one);
-        const T gain = select<T>(present, inverse_S, zero), kept = select<T>(present, R * inverse_S, one), scaled = gain * e;
+        gain = select<T>(present, inverse_S, zero), kept = select<T>(present, R * inverse_S, one), scaled = gain * e;
         nis = scaled * e;
-        T c[N];
         JINK_UNROLL
         for (int i = 0; i < N; ++i) c[i] = P[packed(i, p)];
         JINK_UNROLL
@@ -248,6 +249,49 @@ template <class T, int N> struct DirectRow {
         }
     }
 };
+
+// The slopes of all rows, one slope after the other. A row's, with g = c / S and b = c' - g S'/2 :
+//   x' += c' e/S + c (e/S)' ,   P' -= g b' + b g' ,   and where the component itself stands  (c R/S)'
+template <WithSlopes T, int A, int B, int N, int Rows>
+void direct_slopes(const Measurement<T> &m, const DirectRow<Value<T>, N> *done, const T *in, T *out, Innovation<T> &v) {
+    using V = Value<T>;
+    constexpr int size = packed_size(N);
+    for (int k = 0; k < T::slopes; ++k) {
+        V x[N], P[size], nis = splat<V>(0.0), log_det = nis;
+        JINK_UNROLL_PACKS
+        for (int i = 0; i < N; ++i) x[i] = in[i].slope[k];
+        JINK_UNROLL_PACKS
+        for (int i = 0; i < size; ++i) P[i] = in[N + i].slope[k];
+        JINK_UNROLL_PACKS
+        for (int r = 0; r < Rows; ++r) {
+            const DirectRow<V, N> &row = done[r];
+            const int p = (r % A) * B + r / A;
+            const V S = P[packed(p, p)] + m.R[r].slope[k], half = 0.5 * row.gain * S;
+            const V e = m.z[r].slope[k] - x[p], scaled = row.gain * (e - row.scaled * S), kept = row.gain * (m.R[r].slope[k] - row.kept * S);
+            nis = nis + row.scaled * (2.0 * e - row.scaled * S), log_det = log_det + row.gain * S;
+            V c[N], g[N], b[N];
+            JINK_UNROLL_PACKS
+            for (int i = 0; i < N; ++i) {
+                c[i] = P[packed(i, p)], g[i] = row.c[i] * row.gain, b[i] = c[i] - row.c[i] * half;
+                x[i] = x[i] + c[i] * row.scaled + row.c[i] * scaled;
+            }
+            JINK_UNROLL_PACKS
+            for (int i = 0; i < N; ++i)
+                JINK_UNROLL_PACKS
+                for (int j = 0; j < N; ++j) {
+                    if (j > i) continue;
+                    if (i == p || j == p) P[packed(i, j)] = c[i == p ? j : i] * row.kept + row.c[i == p ? j : i] * kept;
+                    else if (i == j) P[packed(i, i)] = P[packed(i, i)] - g[i] * (b[i] + b[i]);
+                    else P[packed(i, j)] = P[packed(i, j)] - g[i] * b[j] - b[i] * g[j];
+                }
+        }
+        v.nis.slope[k] = nis, v.det.slope[k] = log_det * v.det.value;
+        JINK_UNROLL_PACKS
+        for (int i = 0; i < N; ++i) out[i].slope[k] = x[i];
+        JINK_UNROLL_PACKS
+        for (int i = 0; i < size; ++i) out[N + i].slope[k] = P[i];
+    }
+}
 
 // Components of the state with a full R.
 template <class T, int A, int B, int N, int Rows>
@@ -295,22 +339,26 @@ void update_direct(const SensorSpec &, const Measurement<T> &m, const T *in, T *
         }
     }
     if (m.full) return update_correlated<T, A, B, N, rows>(m, in, out, v, detail);
-    T x[N], P[size], nis = zero, det = one;
+    using V = Value<T>;
+    V x[N], P[size], nis = splat<V>(0.0), det = splat<V>(1.0);
+    DirectRow<V, N> done[WithSlopes<T> ? rows : 1];
     JINK_UNROLL
-    for (int i = 0; i < N; ++i) x[i] = in[i];
+    for (int i = 0; i < N; ++i) x[i] = value_of(in[i]);
     JINK_UNROLL
-    for (int k = 0; k < size; ++k) P[k] = in[N + k];
+    for (int k = 0; k < size; ++k) P[k] = value_of(in[N + k]);
     JINK_UNROLL
     for (int r = 0; r < rows; ++r) {
-        const DirectRow<T, N> row((r % A) * B + r / A, m.present[r], m.z[r], m.R[r], x, P);
+        const DirectRow<V, N> row((r % A) * B + r / A, m.present[r], value_of(m.z[r]), value_of(m.R[r]), x, P);
         nis = nis + row.nis, det = det * row.S;
-        if (detail) v.e[r] = row.e, v.S[r] = row.S;
+        if constexpr (WithSlopes<T>) done[r] = row;
+        else if (detail) v.e[r] = row.e, v.S[r] = row.S;
     }
-    v.nis = nis, v.det = det;
+    value_of(v.nis) = nis, value_of(v.det) = det;
+    if constexpr (WithSlopes<T>) direct_slopes<T, A, B, N, rows>(m, done, in, out, v);
     JINK_UNROLL
-    for (int i = 0; i < N; ++i) out[i] = x[i];
+    for (int i = 0; i < N; ++i) value_of(out[i]) = x[i];
     JINK_UNROLL
-    for (int k = 0; k < size; ++k) out[N + k] = P[k];
+    for (int k = 0; k < size; ++k) value_of(out[N + k]) = P[k];
 }
 
 // Any sensor, linearised at the predicted state (extended Kalman filter).
