@@ -4,5 +4,7 @@
 #include "instances/motion_kernels.hpp"
 
 namespace jink::inline JINK_LEVEL {
+// Those of packs are compiled in motion_pack.cpp, unrolled; compiled here too, these slower ones could be linked.
+extern template MotionKernels<Pack> motion_kernels<Pack>(const MotionSpec &, bool);
 template MotionKernels<Slopes> motion_kernels<Slopes>(const MotionSpec &, bool);
 }

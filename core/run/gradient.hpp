@@ -6,7 +6,7 @@
 
 namespace jink::inline JINK_LEVEL {
 
-inline constexpr int slopes_at_once = 5;  // more would leave the inner caches
+inline constexpr int slopes_at_once = 5;
 using Slopes = Dual<Pack, slopes_at_once>;
 
 extern template MotionKernels<Slopes> motion_kernels<Slopes>(const MotionSpec &, bool);

@@ -220,20 +220,29 @@ template <class T, int A, int B, int N, int Rows>
     update_rows<T, N>(Rows, m.present, y, H, R, true, in, out, v, detail);
 }
 
-// Component p of the state is measured as z with variance R, or is missing.
-template <class T, int N> struct DirectRow {
-    T e, S, nis, gain, kept, scaled, c[N];  // gain = 1 / S or 0, kept = R / S or 1, scaled = e / S, c = P h
+// What the slopes of a row are made of: gain = 1 / S or 0, kept = R / S or 1, scaled = e / S, c = P h.
+template <class T, int N> struct DirectTerms {
+    T gain, kept, scaled, c[N];
+};
 
-    DirectRow() = default;
-    JINK_INLINE DirectRow(int p, Mask<T> present, T z, T R, T *x, T *P) {
+// Component p of the state is measured as z with variance R, or is missing. Kept: its terms go to `terms`.
+template <class T, int N, bool Kept = false> struct DirectRow {
+    T e, S, nis;
+
+    JINK_INLINE DirectRow(int p, Mask<T> present, T z, T R, T *x, T *P, [[maybe_unused]] DirectTerms<T, N> *terms = nullptr) {
         const T zero = splat<T>(0.0), one = splat<T>(1.0), variance = P[packed(p, p)] + R;
         const T inverse_S = reciprocal(variance);
         e = select<T>(present, z - x[p], zero);
         S = select<T>(present, variance, one);
-        gain = select<T>(present, inverse_S, zero), kept = select<T>(present, R * inverse_S, one), scaled = gain * e;
+        const T gain = select<T>(present, inverse_S, zero), kept = select<T>(present, R * inverse_S, one), scaled = gain * e;
         nis = scaled * e;
+        T c[N];
         JINK_UNROLL
         for (int i = 0; i < N; ++i) c[i] = P[packed(i, p)];
+        if constexpr (Kept) {
+            terms->gain = gain, terms->kept = kept, terms->scaled = scaled;
+            std::copy(c, c + N, terms->c);
+        }
         JINK_UNROLL
         for (int i = 0; i < N; ++i) x[i] = x[i] + c[i] * scaled;
         JINK_UNROLL
@@ -253,7 +262,7 @@ template <class T, int N> struct DirectRow {
 // The slopes of all rows, one slope after the other. A row's, with g = c / S and b = c' - g S'/2 :
 //   x' += c' e/S + c (e/S)' ,   P' -= g b' + b g' ,   and where the component itself stands  (c R/S)'
 template <WithSlopes T, int A, int B, int N, int Rows>
-void direct_slopes(const Measurement<T> &m, const DirectRow<Value<T>, N> *done, const T *in, T *out, Innovation<T> &v) {
+void direct_slopes(const Measurement<T> &m, const DirectTerms<Value<T>, N> *terms, const T *in, T *out, Innovation<T> &v, bool detail) {
     using V = Value<T>;
     constexpr int size = packed_size(N);
     for (int k = 0; k < T::slopes; ++k) {
@@ -264,10 +273,11 @@ void direct_slopes(const Measurement<T> &m, const DirectRow<Value<T>, N> *done, 
         for (int i = 0; i < size; ++i) P[i] = in[N + i].slope[k];
         JINK_UNROLL_PACKS
         for (int r = 0; r < Rows; ++r) {
-            const DirectRow<V, N> &row = done[r];
+            const DirectTerms<V, N> &row = terms[r];
             const int p = (r % A) * B + r / A;
             const V S = P[packed(p, p)] + m.R[r].slope[k], half = 0.5 * row.gain * S;
             const V e = m.z[r].slope[k] - x[p], scaled = row.gain * (e - row.scaled * S), kept = row.gain * (m.R[r].slope[k] - row.kept * S);
+            if (detail) v.e[r].slope[k] = select<V>(m.present[r], e, splat<V>(0.0)), v.S[r].slope[k] = select<V>(m.present[r], S, splat<V>(0.0));
             nis = nis + row.scaled * (2.0 * e - row.scaled * S), log_det = log_det + row.gain * S;
             V c[N], g[N], b[N];
             JINK_UNROLL_PACKS
@@ -341,20 +351,19 @@ void update_direct(const SensorSpec &, const Measurement<T> &m, const T *in, T *
     if (m.full) return update_correlated<T, A, B, N, rows>(m, in, out, v, detail);
     using V = Value<T>;
     V x[N], P[size], nis = splat<V>(0.0), det = splat<V>(1.0);
-    DirectRow<V, N> done[WithSlopes<T> ? rows : 1];
+    [[maybe_unused]] DirectTerms<V, N> terms[rows];
     JINK_UNROLL
     for (int i = 0; i < N; ++i) x[i] = value_of(in[i]);
     JINK_UNROLL
     for (int k = 0; k < size; ++k) P[k] = value_of(in[N + k]);
     JINK_UNROLL
     for (int r = 0; r < rows; ++r) {
-        const DirectRow<V, N> row((r % A) * B + r / A, m.present[r], value_of(m.z[r]), value_of(m.R[r]), x, P);
+        const DirectRow<V, N, WithSlopes<T>> row((r % A) * B + r / A, m.present[r], value_of(m.z[r]), value_of(m.R[r]), x, P, &terms[r]);
         nis = nis + row.nis, det = det * row.S;
-        if constexpr (WithSlopes<T>) done[r] = row;
-        else if (detail) v.e[r] = row.e, v.S[r] = row.S;
+        if (detail) value_of(v.e[r]) = row.e, value_of(v.S[r]) = row.S;
     }
     value_of(v.nis) = nis, value_of(v.det) = det;
-    if constexpr (WithSlopes<T>) direct_slopes<T, A, B, N, rows>(m, done, in, out, v);
+    if constexpr (WithSlopes<T>) direct_slopes<T, A, B, N, rows>(m, terms, in, out, v, detail);
     JINK_UNROLL
     for (int i = 0; i < N; ++i) value_of(out[i]) = x[i];
     JINK_UNROLL
