@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .columns import normal
+from .columns import is_altitude, normal
 from .evidence import FASTEST, SLOWEST
 from .rates import turn_rates
 from .sheet import Sheet
@@ -23,7 +23,10 @@ def turn_axes(sheet: Sheet) -> None:
         if not normal(x.name).startswith(DIRECTED):
             sheet.roles["x"], sheet.roles["y"] = y, x
         z = sheet.roles.get("z")
-        if z is not None and (z.unit is None or z.unit > 0) and "up" not in normal(z.name).split("_"):
+        upwards = z is not None and (
+            "altitude" in sheet.told or is_altitude(z.name) or "up" in normal(z.name).split("_")
+        )
+        if z is not None and (z.unit is None or z.unit > 0) and not upwards:
             sheet.roles["z"] = replace(z, unit=-(z.unit or 1.0))
         turn_rates(sheet)
         sheet.notes.append(f"axes are north, east, down: {x.name} points north, {y.name} east")

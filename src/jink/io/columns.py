@@ -16,7 +16,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from .errors import InputError, NoTable
-from .roles import CUSTOMARY_UNIT, MARKS, POSITIONS, ROLES
+from .roles import ALTITUDES, CUSTOMARY_UNIT, MARKS, POSITIONS, ROLES
 from .units import CLOCKS
 
 USED = {  # roles that matter beside the position itself, by its kind
@@ -41,13 +41,17 @@ class Column:
 
 @dataclass(frozen=True)
 class Columns:
-    """The recognised columns of one table by role, which kind of position they hold, and others that may be meant."""
+    """The recognised columns of one table by role, which kind of position they hold, and others that may be meant.
+
+    given: roles that the user named; idle: those of them, with their columns, that such positions have no use for.
+    """
 
     position: str
     roles: dict[str, Column]
     names: tuple[str, ...]
     others: dict[str, tuple[Column, ...]] = field(default_factory=dict)
     given: frozenset[str] = frozenset()
+    idle: dict[str, str] = field(default_factory=dict)
 
     def named(self) -> dict[str, str]:
         """Role to column name, as it is said in the summary."""
@@ -60,6 +64,11 @@ def normal(name: str) -> str:
     if not name.isascii():
         name = "".join(letter for letter in unicodedata.normalize("NFKD", name) if not unicodedata.combining(letter))
     return re.sub(r"[^0-9a-z]+", "_", name).strip("_")
+
+
+def is_altitude(name: str) -> bool:
+    """Whether a column's name says that it is a height, which points up whatever the axes do."""
+    return re.search(rf"(^|_)({'|'.join(ALTITUDES)})(_|$)", normal(name)) is not None
 
 
 def recognise(
@@ -91,17 +100,30 @@ def recognise(
         roles["time"] = roles["year"]  # the parts are put together when the values are read (moments.py)
     if "time" not in roles:
         raise InputError(_missing(file, "time", names, ("time",)))
-    return Columns(position, _used(roles, position, given), tuple(names), others, told)
+    roles, told = _heights_as_told(roles, told, position)
+    used = _used(roles, position, told)
+    idle = {role: roles[role].name for role in sorted(told - used.keys()) if roles[role] not in used.values()}
+    return Columns(position, used, tuple(names), others, told, idle)
 
 
-def _used(roles: dict[str, Column], position: str, given: Mapping[str, str]) -> dict[str, Column]:
+def _heights_as_told(
+    roles: dict[str, Column], told: frozenset[str], position: str
+) -> tuple[dict[str, Column], frozenset[str]]:
+    """A height that the user named, by the role that it has beside this kind of position: altitude, or z."""
+    here, there = ("z", "altitude") if position == "cartesian" else ("altitude", "z")
+    if there not in told or here in told:
+        return roles, told
+    return {**roles, here: roles[there]}, told | {here}
+
+
+def _used(roles: dict[str, Column], position: str, told: frozenset[str]) -> dict[str, Column]:
     """The roles that matter for this kind of position."""
     used = {"target", "time", "speed", "source", *POSITIONS[position], *USED[position], *MARKS}
-    if "elevation" in roles and position == "polar" and "altitude" not in given:
+    if "elevation" in roles and position == "polar" and "altitude" not in told:
         used.discard("altitude")
     if position != "geographic":
         used -= {"place", "north_south", "east_west"}
-    elif all(role in roles for role in POSITIONS[position]) and "place" not in given:
+    elif all(role in roles for role in POSITIONS[position]) and "place" not in told:
         used.discard("place")
     measured = {roles[role].name for role in POSITIONS[position] if role in roles}
     if roles["time"] is not roles.get("year"):

@@ -31,6 +31,7 @@ from .moments import (
 )
 from .projections import degrees, maybe_mercator, srid, unprojected
 from .quality import placeholders
+from .roles import POSITIONS
 from .sheet import Sheet
 from .units import DEGREE, LENGTH, SEMICIRCLE, SPEED
 from .values import numbers, texts
@@ -64,6 +65,11 @@ def understand(
     Errors: InputError for what stays ambiguous.
     """
     sheet = Sheet.of(where, frame, columns, how)
+    beside = " and ".join(POSITIONS[sheet.position])
+    sheet.notes += [
+        f"column {name!r} is not used: --columns names it {role}, which has no use beside {beside}"
+        for role, name in columns.idle.items()
+    ]
     with_parts(sheet)
     with_nanoseconds(sheet)
     if not stream:

@@ -20,7 +20,7 @@ import polars as pl
 
 from .clock_faults import mend
 from .codes import are_codes, zero_heights
-from .columns import Columns, normal
+from .columns import Columns, is_altitude, normal
 from .conventions import NONE, Conventions, in_calendar
 from .errors import InputError
 from .kept import marked
@@ -270,11 +270,12 @@ def _source(sheet: Sheet, file: str | None) -> pl.Series:
 def _unit(sheet: Sheet, name: str, value: np.ndarray, altitude_unit: str | None) -> float:
     """The unit of a column in SI units; where it had to be assumed, a note says so."""
     column = sheet.roles[name]
-    if name == "altitude" and altitude_unit is not None:
-        return {"ft": FOOT, "m": 1.0}[altitude_unit]
+    if name in ("altitude", "z") and altitude_unit is not None:
+        down = name == "z" and (column.unit or 1.0) < 0.0
+        return {"ft": FOOT, "m": 1.0}[altitude_unit] * (-1.0 if down else 1.0)
     if column.unit is not None:
         return column.unit
-    if name != "altitude":
+    if name != "altitude" and not (name == "z" and is_altitude(column.name)):
         return 1.0
     names = {normal(n) for n in sheet.frame.columns} | {normal(n) for n in sheet.names}
     known = value[np.isfinite(value)]

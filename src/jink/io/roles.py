@@ -12,6 +12,13 @@ from .units import ANGLE, DEGREE, FOOT, FOOT_PER_MINUTE, KNOT, LENGTH, SPEED, TI
 
 Named = dict[str, tuple[Mapping[str, float], tuple[str, ...]]]
 
+ALTITUDES = (
+    *("altitude", "geoaltitude", "geo_altitude", "geom_altitude", "alt_geom", "baroaltitude", "baro_altitude"),
+    *("alt_baro", "alt", "flight_level", "flightlevel", "fl", "height", "elevation_above_sea", "ele"),
+    *("height_above_msl", "altitude_msl", "alt_msl", "height_above_mean_sea_level", "height_msl", "amsl"),
+    *("height_above_ellipsoid", "altitude_ellipsoid", "alt_ellipsoid", "gps_altitude", "gps_alt", "altg"),
+    *("galt", "enhanced_altitude"),
+)
 ROLES: Named = {
     "target": (
         {},
@@ -74,29 +81,10 @@ ROLES: Named = {
             *("longitud", "langengrad", "laengengrad", "lange", "laenge"),
         ),
     ),
-    "altitude": (
-        LENGTH,
-        (
-            *("altitude", "geoaltitude", "geo_altitude", "geom_altitude", "alt_geom", "baroaltitude"),
-            *(
-                "baro_altitude",
-                "alt_baro",
-                "alt",
-                "flight_level",
-                "flightlevel",
-                "fl",
-                "height",
-                "elevation_above_sea",
-                "ele",
-            ),
-            *("height_above_msl", "altitude_msl", "alt_msl", "height_above_mean_sea_level", "height_msl", "amsl"),
-            *("height_above_ellipsoid", "altitude_ellipsoid", "alt_ellipsoid", "gps_altitude", "gps_alt", "altg"),
-            *("galt", "enhanced_altitude", "elevation", "elev"),
-        ),
-    ),
+    "altitude": (LENGTH, (*ALTITUDES, "elevation", "elev")),
     "x": (LENGTH, ("x", "px", "pos_x", "position_x", "easting", "east", "measured_x", "utm_easting", "utm_x")),
     "y": (LENGTH, ("y", "py", "pos_y", "position_y", "northing", "north", "measured_y", "utm_northing", "utm_y")),
-    "z": (LENGTH, ("z", "pz", "pos_z", "position_z", "up", "measured_z", "altitude", "alt", "height", "down")),
+    "z": (LENGTH, ("z", "pz", "pos_z", "position_z", "up", "measured_z", *ALTITUDES, "down")),
     "range": (LENGTH, ("range", "slant_range", "rho", "distance", "r")),
     "azimuth": (ANGLE, ("azimuth", "az", "theta", "bearing")),
     "elevation": (ANGLE, ("elevation", "el", "elev", "elevation_angle")),
