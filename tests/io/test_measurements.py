@@ -55,6 +55,39 @@ def test_the_unit_of_altitude_follows_a_stated_rule(extra, options, metres, said
     assert any(said in note for note in units) if said else not units
 
 
+FLAT = {"id": ["a", "a", "a"], "t": [0, 1, 2], "x": [0.0, 100.0, 200.0], "y": [0.0, 50.0, 100.0]}
+NORTH = {"id": ["a", "a", "a"], "t": [0, 1, 2], "north": [0.0, 100.0, 200.0], "east": [0.0, 50.0, 100.0]}
+
+
+@pytest.mark.parametrize(
+    ("columns", "options", "metres"),
+    [
+        (FLAT | {"altitude": [1000] * 3}, {}, 1000.0),
+        (FLAT | {"altitude": [1000] * 3}, {"altitude_unit": "ft"}, 304.8),
+        (FLAT | {"flight_level": [10] * 3}, {}, 304.8),
+        (FLAT | {"z": [1000] * 3}, {"altitude_unit": "ft"}, 304.8),
+        # axes are north, east, down, but a height points up
+        (NORTH | {"alt": [1000] * 3}, {}, 1000.0),
+        (NORTH | {"down": [-1000] * 3}, {}, 1000.0),
+        (NORTH | {"down": [-1000] * 3}, {"altitude_unit": "ft"}, 304.8),
+    ],
+)
+def test_a_height_beside_x_and_y_points_up_in_its_unit(columns, options, metres):
+    assert _measure(columns, **options).rows["z"][0] == pytest.approx(metres)
+
+
+def test_a_height_that_the_user_names_goes_with_any_position():
+    frame = pl.DataFrame(FLAT | {"hoehe": [7.0] * 3}).with_row_index("row")
+    found = measure("f.csv", frame, recognise("f.csv", frame.columns, {"altitude": "hoehe"}))
+    assert found.rows["z"].to_list() == [7.0] * 3
+
+
+def test_a_column_that_the_user_names_in_vain_is_said():
+    frame = pl.DataFrame(FLAT | {"b": [0.1] * 3}).with_row_index("row")
+    found = measure("f.csv", frame, recognise("f.csv", frame.columns, {"elevation": "b"}))
+    assert any("column 'b' is not used: --columns names it elevation" in note for note in found.notes)
+
+
 def test_angles_without_a_unit_are_radians_until_one_value_is_too_large():
     small = _measure({"id": ["a", "a"], "t": [0, 1], "range": [1000, 1100], "azimuth": [0.1, 6.2]})
     large = _measure({"id": ["a", "a"], "t": [0, 1], "range_km": [1, 1.1], "azimuth": [0.1, 7.0]})
