@@ -95,7 +95,7 @@ def chosen(filter: Any, purpose: Purpose, components: Sequence[str]) -> Any:
     except Unfit as reason:
         raise InputError(f"filter {name} cannot track these data: {reason}") from None
     except ValueError as error:
-        raise InputError(f"{error}, or a file written by save()") from None
+        raise InputError(f"{error}, or a filter, such as jink.load(file) gives") from None
 
 
 def _check(chosen: Any, components: Sequence[str]) -> None:
