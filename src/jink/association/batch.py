@@ -198,8 +198,8 @@ def run_table(tracker: Any, data: Any, smooth: bool = False) -> Any:
     """A DataFrame with `time`, the sensor's components (x, y, …; SI), and `sensor` if there are several.
 
     Rows of one time (and sensor) are one scan. The same kind of DataFrame comes back: id, time, existence, confirmed,
-    age, status, row (the plot's, null where there was none), the state's components and their sd. Tracks that were never
-    confirmed are left out. Errors: ValueError.
+    age, status, row (the plot's, null where there was none), the state's components and their sd. Tracks that
+    were never confirmed are left out. Errors: ValueError.
     """
     import polars as pl
 
