@@ -7,13 +7,16 @@ before.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..catalogue.choose import EARTH_RADIUS
 from ..io.geodesy import SiteFrame
 from .placing import Placed
+
+if TYPE_CHECKING:
+    from .output import State
 
 SURE = 3.0  # sds below the lowest height
 HEIGHTS = ("altitude", "z")  # components that are heights; an elevation's error grows with the range
@@ -43,23 +46,20 @@ def above_earth(placed: Placed, plane: np.ndarray, z: np.ndarray) -> np.ndarray:
     return z + (plane**2).sum(axis=1) / (2.0 * radius)
 
 
-def lifted(
-    placed: Placed, ground: float | np.ndarray, x: np.ndarray, P: np.ndarray, components: Sequence[str]
-) -> tuple[np.ndarray, np.ndarray]:
-    """The estimates (N, n) and (N, n, n) with heights below the ground on it, and without a descent there.
+def lift(placed: Placed, ground: float | np.ndarray, state: State) -> None:
+    """Put the heights below the ground on it, and take the descent from them.
 
     ground (m), of all rows or of each; NaN: not known.
     """
-    if not np.isfinite(ground).any() or "pz" not in components:
-        return x, P
-    p, v = components.index("pz"), components.index("vz")
-    plane = x[:, [components.index("px"), components.index("py")]]
-    depth = ground - above_earth(placed, plane, x[:, p])
+    if not np.isfinite(ground).any() or "pz" not in state:
+        return
+    plane = np.stack([state["px"], state["py"]], axis=1)
+    depth = ground - above_earth(placed, plane, state["pz"])
     rows = np.flatnonzero(depth > 0.0)
     if not rows.size:
-        return x, P
-    x, P = x.copy(), P.copy()
-    for place, moved in ((p, depth[rows]), (v, np.maximum(-x[rows, v], 0.0))):
-        x[rows, place] += moved
-        P[rows, place, place] += moved**2
-    return x, P
+        return
+    for name, moved in (("pz", depth[rows]), ("vz", np.maximum(-state["vz"][rows], 0.0))):
+        state[name][rows] += moved
+        more = np.zeros(depth.size)
+        more[rows] = moved**2
+        state.widen(name, name, more)

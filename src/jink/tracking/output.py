@@ -7,7 +7,7 @@ they follow from kinematics: a = ω × v, and ω = (v × a) / |v|².
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +18,7 @@ from ..estimate import STATUS, Status
 from ..io.geodesy import DevelopedFrame, SiteFrame
 from ..io.kept import unmarked
 from ..io.stages import stage
-from .ground import lifted
+from .ground import lift
 from .manoeuvring import Told
 from .placing import Placed
 from .unknown_height import VARIANCE, along_the_line
@@ -36,20 +36,12 @@ NIS_BAND = {
 
 
 class State:
-    """Named access to an estimate's components and covariances: x (N, n), P (N, n, n).
+    """Named access to components and covariances, x (N, n) and P (N, n, n), which may be changed one by one."""
 
-    instead (N,): covariances of two components, by their numbers, that stand for those of P.
-    """
-
-    def __init__(
-        self,
-        x: np.ndarray,
-        P: np.ndarray,
-        components: Sequence[str],
-        instead: Mapping[tuple[int, int], np.ndarray] | None = None,
-    ):
+    def __init__(self, x: np.ndarray, P: np.ndarray, components: Sequence[str]):
         # a copy by component: each is read several times, and far apart rows cost more than their numbers
-        self.columns, self.P, self.known = np.ascontiguousarray(x.T), P, dict(instead or {})
+        self.columns, self.P = np.array(x.T, order="C"), P
+        self.known: dict[tuple[int, int], np.ndarray] = {}
         self.index = {name: i for i, name in enumerate(components)}
 
     def __contains__(self, name: str) -> bool:
@@ -64,6 +56,11 @@ class State:
         if (i, j) not in self.known:
             self.known[i, j] = self.known[j, i] = self.P[:, i, j].copy()
         return self.known[i, j]
+
+    def widen(self, first: str, second: str, more: np.ndarray) -> None:
+        """Add to the covariance of two components, more (N,)."""
+        i, j = self.index[first], self.index[second]
+        self.known[i, j] = self.known[j, i] = self.covariance(first, second) + more
 
     def sd(self, name: str) -> np.ndarray:
         """Standard deviation of one component (N,)."""
@@ -88,8 +85,9 @@ def tracks_table(
 
     manoeuvres: what is said of them (:mod:`.manoeuvring`). ground (m): no height is below it; NaN: it is not known.
     """
-    x, P = lifted(placed, ground, estimate.x, estimate.P, estimate.components)
-    state = State(x, P, estimate.components, _with_lasting(placed, x, P, estimate.components))
+    state = State(estimate.x, estimate.P, estimate.components)
+    lift(placed, ground, state)
+    _widen(placed, state)
     columns, sds = _kinematics(state)
     _unknown_velocity(state, np.asarray(estimate.status), columns, sds)
     place, convergence = _position(placed, state)
@@ -127,29 +125,19 @@ def tracks_table(
     return table.select(_ordered(table.columns)).with_columns(**unmarked(placed.rows, table.columns))
 
 
-def _with_lasting(
-    placed: Placed, x: np.ndarray, P: np.ndarray, components: Sequence[str]
-) -> dict[tuple[int, int], np.ndarray]:
-    """Covariances of positions (N,) with what they keep of errors that last, and with what unknown heights do to them;
-    of two components by their numbers.
-    """
-    kept = [name for name in ("lasting", VARIANCE, HEIGHT) if name in placed.rows.columns]
-    if not kept:
-        return {}
-    px, py = components.index("px"), components.index("py")
-    xx, yy, xy = P[:, px, px], P[:, py, py], P[:, px, py]
-    found = {}
-    if "lasting" in kept:
-        variance = placed.rows["lasting"].to_numpy()
-        xx, yy = xx + variance, yy + variance
-    if HEIGHT in kept:
-        for name, component in ((HEIGHT, "pz"), (CLIMB, "vz")):
-            k = components.index(component)
-            found[k, k] = P[:, k, k] + placed.rows[name].to_numpy()
-    if VARIANCE in kept:
-        along = along_the_line(placed, x[:, px], x[:, py])
-        xx, yy, xy = (old + more for old, more in zip((xx, yy, xy), along, strict=True))
-    return found | {(px, px): xx, (py, py): yy, (px, py): xy, (py, px): xy}
+def _widen(placed: Placed, state: State) -> None:
+    """Give positions what they keep of errors that last, and what unknown heights do to them."""
+    rows = placed.rows
+    if "lasting" in rows.columns:
+        for name in ("px", "py"):
+            state.widen(name, name, rows["lasting"].to_numpy())
+    if HEIGHT in rows.columns:
+        state.widen("pz", "pz", rows[HEIGHT].to_numpy())
+        state.widen("vz", "vz", rows[CLIMB].to_numpy())
+    if VARIANCE in rows.columns:
+        xx, yy, xy = along_the_line(placed, state["px"], state["py"])
+        for first, second, more in (("px", "px", xx), ("py", "py", yy), ("px", "py", xy)):
+            state.widen(first, second, more)
 
 
 def _ordered(names: list[str]) -> list[str]:
