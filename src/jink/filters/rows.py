@@ -207,16 +207,22 @@ def row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | Non
         raise ValueError(
             f"covariance: expected ({n}, {columns}, {columns}), or ({n}, {columns}) variances, got {R.shape}"
         )
-    diagonal = R if R.ndim == 2 else np.diagonal(R, axis1=1, axis2=2)
-    # NaN is below nothing
-    if n and not (diagonal.min() > 0 and diagonal.max() < np.inf):
-        bad = ~(np.isfinite(diagonal) & (diagonal > 0)).all(axis=1)
-        raise ValueError(f"covariance: row {int(np.argmax(bad))} has a variance that is not positive")
     if R.ndim == 3 and columns > 1:
         wrong = native.first_indefinite(R)
         if wrong >= 0:
+            _check_variances(np.diagonal(R[wrong])[None], wrong)
             raise ValueError(f"covariance: row {wrong} is not symmetric and positive definite")
+    else:
+        _check_variances(R.reshape(n, columns), 0)
     return R
+
+
+def _check_variances(variances: Array, first: int) -> None:
+    """variances (N, m) of the rows from `first` on."""
+    # NaN is below nothing
+    if variances.size and not (variances.min() > 0 and variances.max() < np.inf):
+        bad = ~(np.isfinite(variances) & (variances > 0)).all(axis=1)
+        raise ValueError(f"covariance: row {first + int(np.argmax(bad))} has a variance that is not positive")
 
 
 def indices(name: str, value: ArrayLike) -> NDArray[Any]:
