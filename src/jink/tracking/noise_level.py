@@ -43,7 +43,8 @@ class NoiseLevel:
     """Covariance per row (N, m, m) or variances (N, m), typical sds, and a line per source.
 
     step: of time, that the figures are for (s; None: the median of the rows). lasting (N,): what positions keep of
-    errors that last, a variance (m²) that no filter takes out; None where errors are independent.
+    errors that last, a variance (m²) that no filter takes out; None where errors are independent. velocity (K, 2): rough
+    ones (m/s) of the rows with a position, None where nobody has asked for them.
     """
 
     covariance: np.ndarray
@@ -51,6 +52,7 @@ class NoiseLevel:
     sources: list[dict[str, Any]] = field(default_factory=list)
     step: float | None = None
     lasting: np.ndarray | None = None
+    velocity: np.ndarray | None = None
 
     def figure(self, source: str, name: str) -> float:
         """A source's figure, NaN where it is not known."""
@@ -187,7 +189,7 @@ def _plane(
         kept_errors[sd["position_sd"] != estimated] = 0.0  # of rows whose accuracy is stated
     names = {"position": "position_sd", "altitude": "altitude_sd"}
     typical = known_level.typical if known_level else _typical(sd, names)
-    return NoiseLevel(covariance, typical, lines, lasting=kept_errors)
+    return NoiseLevel(covariance, typical, lines, lasting=kept_errors, velocity=velocity)
 
 
 def _heights(

@@ -16,6 +16,7 @@ from .noise_level import NoiseLevel
 from .placing import Placed
 from .scatter import MEDIAN, grouped_quantile, rough_velocity
 
+BLOCK = 4_000  # rows whose covariances are put together at once: few enough for the cache
 FAR = 6.0  # sds from the motion that positions show: such a report is wrong
 
 
@@ -88,7 +89,7 @@ def rates_of(placed: Placed, level: NoiseLevel) -> Rates | None:
         return None
     report = np.column_stack([speed, course, column("velocity_x"), column("velocity_y"), column("vertical_rate")])
     accuracy = np.column_stack([column("velocity_sd"), column("vertical_rate_sd")])
-    fresh, off = _fresh(report, placed.new), _off(placed, velocity, way, level.step)
+    fresh, off = _fresh(report, placed.new), _off(placed, velocity, way, level)
     usual = off[fresh & np.isfinite(off)]
     return Rates(velocity, way, slack, fresh, accuracy, off, float(MEDIAN * np.median(usual)) if usual.size else 0.0)
 
@@ -153,34 +154,40 @@ def joined(
     if fresh_only:
         velocity[~rates.fresh] = np.nan
     velocity[rates.off > FAR * max(rates.usual, sds.get("velocity", 0.0)), :2] = np.nan
-    R = np.zeros((count, 2 * axes, 2 * axes))
-    R[:, :axes, :axes] = covariance
     rougher = np.ones((count, 2))
     for column, name in enumerate(("velocity", "vertical_rate")):
         if name in stated:
             rougher[:, column] = np.nan_to_num(rates.accuracy[:, column] / stated[name], nan=1.0)
     along = (sds.get("velocity", 1.0) * rougher[:, 0]) ** 2 + rates.slack**2
-    R[:, axes, axes] = R[:, axes + 1, axes + 1] = along
+    xx, yy, xy = along, along, None
     if rates.way is not None:
         # nothing is known across the way but that a target does not move across it faster than along it
-        way = np.nan_to_num(rates.way)
-        across = np.column_stack([-way[:, 1], way[:, 0]])
+        (x, y), known = np.nan_to_num(rates.way).T, np.isfinite(rates.way[:, 0])
         wide = (np.nan_to_num(np.hypot(*rates.velocity[:, :2].T)) + 10.0 * np.sqrt(along)) ** 2
-        block = along[:, None, None] * way[:, :, None] * way[:, None, :]
-        block += wide[:, None, None] * across[:, :, None] * across[:, None, :]
-        known = np.isfinite(rates.way[:, 0])
-        R[known, axes : axes + 2, axes : axes + 2] = block[known]
-    if axes == 3:
-        R[:, 5, 5] = (sds.get("vertical_rate", 1.0) * rougher[:, 1]) ** 2
+        xx, yy = (np.where(known, along * u * u + wide * v * v, along) for u, v in ((x, y), (y, x)))
+        xy = np.where(known, along * x * y - wide * y * x, 0.0)
+    up = (sds.get("vertical_rate", 1.0) * rougher[:, 1]) ** 2
+    R = np.zeros((count, 2 * axes, 2 * axes))
+    for first in range(0, count, BLOCK):
+        some = slice(first, first + BLOCK)
+        R[some, :axes, :axes] = covariance[some]
+        R[some, axes, axes], R[some, axes + 1, axes + 1] = xx[some], yy[some]
+        if xy is not None:
+            R[some, axes, axes + 1] = R[some, axes + 1, axes] = xy[some]
+        if axes == 3:
+            R[some, 5, 5] = up[some]
     names = (*placed.components[:axes], *("vx", "vy", "vz")[:axes])
     z = np.ascontiguousarray(np.column_stack([placed.z[:, :axes], velocity]))
     return replace(placed, z=z, components=names), R
 
 
-def _off(placed: Placed, velocity: np.ndarray, way: np.ndarray | None, step: float | None) -> np.ndarray:
+def _off(placed: Placed, velocity: np.ndarray, way: np.ndarray | None, level: NoiseLevel) -> np.ndarray:
     """The difference (N,) in m/s of each reported velocity from the one that positions show, along its way."""
     known = np.asarray(np.isfinite(placed.plane).all(axis=1))
     rough = np.full((placed.rows.height, 2), np.nan)
-    rough[known] = rough_velocity(placed.time[known], placed.plane[known], placed.starts(known), usual=step)
+    found = level.velocity
+    if found is None:
+        found = rough_velocity(placed.time[known], placed.plane[known], placed.starts(known), usual=level.step)
+    rough[known] = found
     error = velocity[:, :2] - rough
     return np.hypot(*error.T) if way is None else np.abs((error * way).sum(axis=1))

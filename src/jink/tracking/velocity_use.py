@@ -144,7 +144,7 @@ def as_decided(placed: Placed, level: NoiseLevel, used: Used, rates: Rates | Non
         placed, level.covariance, replace(rates, velocity=velocity, usual=used.usual), used.sd, False, used.stated
     )
     sources = [line | used.figures() for line in level.sources]
-    return both, replace(level, covariance=covariance, typical=level.typical | used.sd, sources=sources)
+    return both, replace(level, covariance=covariance, typical=level.typical | used.sd, sources=sources, velocity=None)
 
 
 def _sds(
