@@ -70,13 +70,6 @@ std::vector<int> cluster(Integers begin, Integers plot, int plots) {
     return of;
 }
 
-// A NumPy array that owns these numbers.
-template <class N> nb::object array_of(std::vector<N> &&values, std::initializer_list<std::size_t> shape) {
-    auto *held = new std::vector<N>(std::move(values));
-    nb::capsule owner(held, [](void *p) noexcept { delete static_cast<std::vector<N> *>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, N>(held->data(), shape.size(), shape.begin(), owner));
-}
-
 nb::dict report_of(const ScanReport &r) {
     nb::dict out;
     out["plots"] = r.plots, out["unusable"] = r.unusable, out["born"] = r.born, out["dropped"] = r.dropped, out["merged"] = r.merged;

@@ -32,6 +32,7 @@ NB_MODULE(JINK_MODULE, module) {
     bind_population(module);
     bind_gradient(module);
     bind_checks(module);
+    bind_scatter(module);
     module.attr("lanes") = lanes;
 
     nb::class_<Engine> engine(module, "Engine");

@@ -14,8 +14,16 @@ using Vector = std::vector<double>;
 using Doubles = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 using Const = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 
+// A NumPy array that owns these numbers.
+template <class N> nb::object array_of(std::vector<N> &&values, std::initializer_list<std::size_t> shape) {
+    auto *held = new std::vector<N>(std::move(values));
+    nb::capsule owner(held, [](void *p) noexcept { delete static_cast<std::vector<N> *>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, N>(held->data(), shape.size(), shape.begin(), owner));
+}
+
 void bind_declarations(nb::module_ &module);                       // enumerations and named fields of a filter
 void bind_checks(nb::module_ &module);                             // of many rows at once
+void bind_scatter(nb::module_ &module);                            // what measurements show of their noise
 void bind_live(nb::module_ &module, nb::class_<Engine> &engine);  // one scan at a time
 void bind_slots(nb::module_ &module, nb::class_<Engine> &engine);  // live targets that come and go
 void bind_stepwise(nb::module_ &module);                          // models of the user's own

@@ -110,8 +110,7 @@ def _variances(
     difference, index = third_differences(time, plane, np.diff(target, prepend=-1) != 0, usual)
     row = target[index]
     del time, plane, target, index  # of a target of millions of rows the quantile takes as much again
-    size, twice = np.abs(difference, out=difference).ravel(), row if targets == 1 else np.repeat(row, 2)
-    sd = MEDIAN * grouped_quantile(size, twice, targets, 0.5, least=2 * LEAST)
+    sd = MEDIAN * grouped_quantile(np.abs(difference, out=difference), row, targets, 0.5, least=2 * LEAST)
     return sd**2, np.bincount(row, minlength=targets)
 
 

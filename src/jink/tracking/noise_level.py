@@ -43,8 +43,8 @@ class NoiseLevel:
     """Covariance per row (N, m, m) or variances (N, m), typical sds, and a line per source.
 
     step: of time, that the figures are for (s; None: the median of the rows). lasting (N,): what positions keep of
-    errors that last, a variance (m²) that no filter takes out; None where errors are independent. velocity (K, 2): rough
-    ones (m/s) of the rows with a position, None where nobody has asked for them.
+    errors that last, a variance (m²) that no filter takes out; None where errors are independent. velocity (K, 2):
+    rough ones (m/s) of the rows with a position, None where nobody has asked for them.
     """
 
     covariance: np.ndarray

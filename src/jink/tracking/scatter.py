@@ -18,16 +18,14 @@ across the track, where turns show.
 
 from __future__ import annotations
 
-from functools import reduce
-
 import numpy as np
-import polars as pl
+
+from .._engine import native
 
 MEDIAN, TAIL = (
     1.4826,
     1.0 / 1.6449,
 )  # sd of a Gaussian over the 50 % and the 90 % quantile of its absolute values
-BLOCK = 50_000  # differences that are formed at once: few enough for the processor's cache
 LEAST = 20  # differences needed for an estimate
 ROUNDING = 1e-7  # m or rad: changes below it are of the arithmetic, not of a sensor
 MOVING = 5.0  # m/s: slower targets have no direction to speak of
@@ -49,28 +47,10 @@ def third_differences(
     inside = ~new[1:]
     if usual is None:
         usual = float(np.median(step[inside])) if inside.any() else 0.0
-    fine = inside & (step > 0) & (step <= 3.0 * max(usual, 1e-9))
-    # NumPy takes the largest of two columns faster than that of each row
-    changed = reduce(np.maximum, np.abs(np.diff(value.reshape(count, -1), axis=0)).T) > ROUNDING
-    whole = fine[:-2] & fine[1:-1] & fine[2:] & (changed[:-2] | changed[1:-1] | changed[2:])
-    blocks = [_differences(time, value, whole, k) for k in range(0, max(whole.size, 1), BLOCK)]
-    return np.concatenate(blocks), np.flatnonzero(whole) + 1
-
-
-def _differences(time: np.ndarray, value: np.ndarray, whole: np.ndarray, first: int) -> np.ndarray:
-    """The combinations of four successive values, of a block of the windows that are whole."""
-    use = whole[first : first + BLOCK]
-    end = first + use.size
-    a, b, c = (time[first + k + 1 : end + k + 1] - time[first + k : end + k] for k in range(3))
-    ab, bc = a + b, b + c
-    with np.errstate(divide="ignore", invalid="ignore"):
-        weights = [-1.0 / (a * ab * (a + bc)), 1.0 / (a * b * bc), -1.0 / (ab * b * c), 1.0 / ((a + bc) * bc * c)]
-        scale = np.sqrt(sum(w * w for w in weights))
-        weights = [w / scale for w in weights]
-    if value.ndim == 1:
-        return np.asarray(sum(w * value[first + k : end + k] for k, w in enumerate(weights)))[use]
-    columns = [sum(w * value[first + k : end + k, n] for k, w in enumerate(weights)) for n in range(value.shape[1])]
-    return np.stack([np.asarray(column)[use] for column in columns], axis=1)
+    values = np.ascontiguousarray(value.reshape(count, -1))
+    longest = 3.0 * max(usual, 1e-9)
+    found, index = native.third_differences(np.ascontiguousarray(time), values, new, longest, ROUNDING)
+    return found.reshape(-1, *value.shape[1:]), index
 
 
 def component_sd(
@@ -120,7 +100,7 @@ def plane_scatter(
     position = MEDIAN * grouped_quantile(across, of, groups, 0.5)
     stamps = TAIL * grouped_quantile(along, of, groups, 0.9)
     own = position * grouped_quantile(1.0 / speed, of, groups, 0.5)
-    either = MEDIAN * grouped_quantile(np.abs(difference).ravel(), np.repeat(of, 2), groups, 0.5)
+    either = MEDIAN * grouped_quantile(np.abs(difference), of, groups, 0.5)
     typical = MEDIAN * grouped_quantile(along, of, groups, 0.5)  # turns make the 90 % quantile of slow sensors grow
     timed = moving & (typical > 1.5 * own) & (stamps > own)
     step = np.hypot(*np.diff(plane, axis=0, prepend=np.nan).T)
@@ -132,20 +112,12 @@ def plane_scatter(
 
 
 def grouped_quantile(value: np.ndarray, group: np.ndarray, groups: int, share: float, least: int = LEAST) -> np.ndarray:
-    """Quantile of the known values of every group (G,); NaN where fewer than `least` are known."""
-    known = np.isfinite(value)
-    if groups == 1:
-        some = pl.Series(value[known])
-        return np.array([some.quantile(share) if len(some) >= least else np.nan])
-    table = pl.DataFrame({"group": group[known], "value": value[known]})
-    # groups that stand together need no search
-    if (group[1:] >= group[:-1]).all():
-        table = table.with_columns(pl.col("group").set_sorted())
-    found = table.group_by("group").agg(pl.len().alias("count"), pl.col("value").quantile(share))
-    enough = found.filter(pl.col("count") >= least)
-    result = np.full(groups, np.nan)
-    result[enough["group"].to_numpy()] = enough["value"].to_numpy()
-    return result
+    """Quantile of the known values of every group (G,); NaN where fewer than `least` are known.
+
+    value (N,) or (N, m), group (N,).
+    """
+    value, group = np.ascontiguousarray(value), np.ascontiguousarray(group)
+    return np.asarray(native.grouped_quantile(value, group, groups, share, least))
 
 
 def rough_velocity(
