@@ -74,8 +74,8 @@ template <class T> class Smooth {
 
     void add_measurement(const Record<T> &after, const Sensor<T> &sensor, const Measurement<T> &z) {
         const SensorSpec spec = seen(sensor);
-        const bool direct = spec.linear() && !z.full;
-        T weight[largest_measurement];
+        const bool direct = spec.linear();
+        T weight[packed_size(largest_measurement)];
         if (direct) weigh_components(spec, z, weight);
         for (int j = 0; j < c.count; ++j) {
             const Mode<T> &mode = c.modes[j];

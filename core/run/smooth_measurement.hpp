@@ -6,19 +6,47 @@
 
 namespace jink::inline JINK_LEVEL {
 
-// Components of the state themselves, each with noise of its own: one over its variance, or 0 where it is missing.
-template <class T> void weigh_components(const SensorSpec &spec, const Measurement<T> &z, T *weight) {
-    for (int r = 0; r < spec.rows; ++r) weight[r] = select<T>(z.present[r], 1.0 / z.R[r], splat<T>(0.0));
+// Components of the state themselves: the inverse of their noise, packed, 0 where one is missing. It serves every mode.
+template <class T> void weigh_components(const SensorSpec &spec, const Measurement<T> &z, T *W) {
+    constexpr int M = largest_measurement;
+    const int rows = spec.rows;
+    const T zero = splat<T>(0.0), one = splat<T>(1.0);
+    if (!z.full) {
+        for (int r = 0; r < rows; ++r) W[packed(r, r)] = select<T>(z.present[r], 1.0 / z.R[r], zero);
+        return;
+    }
+    T R[packed_size(M)], chol[packed_size(M)], root[M * M];
+    for (int r = 0; r < rows; ++r)
+        for (int q = 0; q <= r; ++q) R[packed(r, q)] = select<T>(z.present[r] & z.present[q], z.R[packed(r, q)], q == r ? one : zero);
+    cholesky<T>(rows, R, chol);
+    for (int r = 0; r < rows; ++r) {  // column r of the factor's inverse
+        T *column = root + r * M;
+        for (int q = 0; q < rows; ++q) column[q] = q == r ? one : zero;
+        solve_lower<T>(rows, chol, column);
+    }
+    for (int r = 0; r < rows; ++r)
+        for (int q = 0; q <= r; ++q) {
+            T sum = zero;
+            for (int k = r; k < rows; ++k) sum = sum + root[r * M + k] * root[q * M + k];
+            W[packed(r, q)] = select<T>(z.present[r] & z.present[q], sum, zero);
+        }
 }
 
 template <class T>
-void add_components(const Mode<T> &mode, const T *x, const SensorSpec &spec, const Measurement<T> &z, const T *weight, Message<T> &m) {
+void add_components(const Mode<T> &mode, const T *x, const SensorSpec &spec, const Measurement<T> &z, const T *W, Message<T> &m) {
+    T y[largest_measurement];
+    int at[largest_measurement];
     for (int r = 0; r < spec.rows; ++r) {
-        const int p = (r % spec.axes) * mode.shape.block + r / spec.axes;
-        const T y = select<T>(z.present[r], z.z[r] - x[p], splat<T>(0.0)), h = weight[r] * y;
-        m.J[packed(p, p)] = m.J[packed(p, p)] + weight[r];
-        m.h[p] = m.h[p] + h;
-        m.s = m.s - 0.5 * h * y;
+        at[r] = (r % spec.axes) * mode.shape.block + r / spec.axes;
+        y[r] = select<T>(z.present[r], z.z[r] - x[at[r]], splat<T>(0.0));
+    }
+    for (int r = 0; r < spec.rows; ++r) {
+        T h = W[packed(r, r)] * y[r];
+        for (int q = 0; z.full && q < spec.rows; ++q)
+            if (q != r) h = h + W[packed(r, q)] * y[q];
+        m.h[at[r]] = m.h[at[r]] + h;
+        m.s = m.s - 0.5 * h * y[r];
+        for (int q = z.full ? 0 : r; q <= r; ++q) m.J[packed(at[r], at[q])] = m.J[packed(at[r], at[q])] + W[packed(r, q)];
     }
 }
 
