@@ -27,7 +27,7 @@ from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
 from .foretold import foretells_badly
 from .lag import Lag
-from .manoeuvring import Manoeuvres, told
+from .manoeuvring import Manoeuvres, told_of
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
 from .plausibility import Finding, Seen, as_dicts, findings
@@ -336,18 +336,18 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
     def table_of(run: Run, after: Run | None) -> pl.DataFrame:
         some = placed.some(run.piece.rows)
         if run.piece.part is None:
-            manoeuvres = told(run.estimate, some.time, some.new, what)
+            manoeuvres = told_of(run.moving, some.new, what, any(run.estimate.non_manoeuvring))
         else:
             some = replace(some, new=np.arange(some.new.size) == 0)
             follows = after is not None and after.piece.part == run.piece.part
-            manoeuvres = going_on.told(run.moving(placed), after.moving(placed) if after and follows else None)
-        table = tracks_table(some, run.estimate, absolute, manoeuvres, group.ground)
+            manoeuvres = going_on.told(run.moving, after.moving if after and follows else None)
+        table = tracks_table(some, run.estimate, absolute, manoeuvres, group.ground, run.state)
         return table if even is None else table.with_columns(even=pl.Series(even[run.piece.rows]))
 
     last: Run | None = None
     if settings.threads == 1:
         for piece in pieces(placed.offsets):
-            run = Run(piece, stretched.run(piece))
+            run = Run.of(piece, stretched.run(piece), placed)
             if last:
                 yield table_of(last, run)
             last = run
@@ -355,7 +355,7 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
         waiting: Future[pl.DataFrame] | None = None
         with ThreadPoolExecutor(1) as worker:
             for piece in pieces(placed.offsets):
-                run = Run(piece, stretched.run(piece))
+                run = Run.of(piece, stretched.run(piece), placed)
                 if waiting:
                     yield waiting.result()
                 waiting = worker.submit(table_of, last, run) if last else None

@@ -298,7 +298,11 @@ class Told(NamedTuple):
 
 def told(estimate: Any, time: np.ndarray, new: np.ndarray, what: Manoeuvres) -> Told:
     """Of whole parts that are laid end to end."""
-    found = probabilities(Moving.of(estimate, time, new), what)
-    tells = any(estimate.non_manoeuvring)
-    segment = what.segments().numbers(found[0], np.asarray(time), new) if tells else None
+    return told_of(Moving.of(estimate, time, new), new, what, any(estimate.non_manoeuvring))
+
+
+def told_of(moving: Moving, new: np.ndarray, what: Manoeuvres, tells: bool) -> Told:
+    """The same of what moves; tells: whether the modes tell manoeuvres apart."""
+    found = probabilities(moving, what)
+    segment = what.segments().numbers(found[0], moving.time, new) if tells else None
     return Told(found[0], found[1] if len(found) > 1 else None, segment)

@@ -7,7 +7,6 @@ they follow from kinematics: a = ω × v, and ω = (v × a) / |v|².
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,13 +35,25 @@ NIS_BAND = {
 
 
 class State:
-    """Named access to components and covariances, x (N, n) and P (N, n, n), which may be changed one by one."""
+    """Named access to an estimate's components and covariances, (N,) each; both may be changed one by one."""
 
-    def __init__(self, x: np.ndarray, P: np.ndarray, components: Sequence[str]):
+    def __init__(self, estimate: Any):
         # a copy by component: each is read several times, and far apart rows cost more than their numbers
-        self.columns, self.P = np.array(x.T, order="C"), P
+        self.columns, self.P = np.array(estimate.x.T, order="C"), estimate.P
         self.known: dict[tuple[int, int], np.ndarray] = {}
-        self.index = {name: i for i, name in enumerate(components)}
+        self.index = {name: i for i, name in enumerate(estimate.components)}
+
+    def let_go(self) -> State:
+        """Copy the covariances that a table of tracks reads; the array of all is not needed any more."""
+        pairs = [(name, name) for name in self.index] + [("px", "py"), ("vx", "vy")]
+        if "turn_rate" in self and "ax" not in self:
+            pairs += [("vx", "turn_rate"), ("vy", "turn_rate")]
+        elif "ax" in self and "turn_rate" not in self:
+            pairs += [("vx", "ax"), ("vx", "ay"), ("vy", "ax"), ("vy", "ay"), ("ax", "ay")]
+        for first, second in pairs:
+            self.covariance(first, second)
+        self.P = np.empty((self.columns.shape[1], 0, 0))
+        return self
 
     def __contains__(self, name: str) -> bool:
         return name in self.index
@@ -69,7 +80,7 @@ class State:
     def sd_of(self, gradient: dict[str, np.ndarray]) -> np.ndarray:
         """Standard deviation of a function of the state, from its gradient by component (N,)."""
         names = list(gradient)
-        variance = np.zeros(self.P.shape[0])
+        variance = np.zeros(self.columns.shape[1])
         for a, first in enumerate(names):
             for second in names[a:]:
                 term = gradient[first] * gradient[second] * self.covariance(first, second)
@@ -79,13 +90,19 @@ class State:
 
 @stage("table")
 def tracks_table(
-    placed: Placed, estimate: Any, absolute: bool, manoeuvres: Told, ground: float | np.ndarray = math.nan
+    placed: Placed,
+    estimate: Any,
+    absolute: bool,
+    manoeuvres: Told,
+    ground: float | np.ndarray = math.nan,
+    state: State | None = None,
 ) -> pl.DataFrame:
     """One row per row of `placed`: the columns that `jink.track` documents, nulls where nothing is known.
 
     manoeuvres: what is said of them (:mod:`.manoeuvring`). ground (m): no height is below it; NaN: it is not known.
+    state: that of the estimate, which is changed; None: it is read from it.
     """
-    state = State(estimate.x, estimate.P, estimate.components)
+    state = state or State(estimate)
     lift(placed, ground, state)
     _widen(placed, state)
     columns, sds = _kinematics(state)

@@ -19,6 +19,7 @@ import numpy as np
 
 from ..estimate import Estimate
 from .manoeuvring import Manoeuvres, Moving, Told, probabilities
+from .output import State
 from .placing import Placed
 
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
@@ -60,16 +61,21 @@ def pieces(offsets: np.ndarray, most: int = CHUNK) -> Iterator[Piece]:
 
 @dataclass(frozen=True)
 class Run:
-    """A piece and the estimates of its rows."""
+    """A piece and the estimates of its rows, without P: it is large, and the next piece is written into it."""
 
     piece: Piece
     estimate: Estimate
+    state: State
+    moving: Moving
 
-    def moving(self, placed: Placed) -> Moving:
-        """What tells manoeuvres in a piece of a long part."""
-        rows, part = self.piece.rows, self.piece.part
-        new = np.arange(rows.start, rows.stop) == (rows.start if part is None else part.start)
-        return Moving.of(self.estimate, placed.time[rows], new)
+    @classmethod
+    def of(cls, piece: Piece, estimate: Estimate, placed: Placed) -> Run:
+        """A piece of `placed`."""
+        rows, part = piece.rows, piece.part
+        new = placed.new[rows] if part is None else np.arange(rows.start, rows.stop) == part.start
+        moving, state = Moving.of(estimate, placed.time[rows], new), State(estimate).let_go()
+        kept = {name: value for name, value in estimate.results.items() if name != "P"}
+        return cls(piece, replace(estimate, results=kept, source=None), state, moving)
 
 
 class Stretched:
@@ -102,7 +108,7 @@ class Stretched:
         while True:
             found = self._stretches(piece.rows, piece.part)
             if found is not None:
-                self.end = {name: found.results[name][-1:] for name in ("x", "P", "mode_probability")}
+                self.end = {name: found.results[name][-1:].copy() for name in ("x", "P", "mode_probability")}
                 return found
             self.overlap *= 4
 
