@@ -5,8 +5,8 @@
 Truth: along the track the slope of the reported groundspeed within 5 s, across it the curvature of a cubic through the
 positions within 10 s; a manoeuvre lasts 5 s above .05 g. Neither knows of a filter. Every flight is tracked as
 `jink track` does by default. Detection and false alarm: shares of rows with a probability above one half, among rows
-that truly manoeuvre and among others. True of sure: the share of rows that truly manoeuvre, among rows with a probability of
-at least .9. False segments: stretches of manoeuvre during which the flight never does.
+that truly manoeuvre and among others. True of sure: the share of rows that truly manoeuvre, among rows with a
+probability of at least .9. False segments: stretches of manoeuvre during which the flight never does.
 Standard errors are over flights.
 """
 
@@ -144,7 +144,8 @@ def said(found: dict[str, Any]) -> str:
     lines.append(f"{'':12}{'detection':>16}{'false alarm':>16}{'true of sure':>16}{'false segments/h':>18}")
     for name in WAYS:
         figures = [f"{value:.3f} ± {se:.3f}" for value, se in found[name].values()]
-        lines.append(f"{name:12}{figures[0]:>16}{figures[1]:>16}{figures[2]:>16}{figures[3]:>18}  {_judged(name, found[name])}")
+        columns = "".join(f"{figure:>{width}}" for figure, width in zip(figures, (16, 16, 16, 18), strict=True))
+        lines.append(f"{name:12}{columns}  {_judged(name, found[name])}")
     return "\n".join(lines)
 
 
