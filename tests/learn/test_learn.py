@@ -7,12 +7,13 @@ from __future__ import annotations
 import json
 
 import numpy as np
+import polars as pl
 import pytest
 from typer.testing import CliRunner
 
 import jink
 from jink.cli.main import app
-from jink.learn.learning import BASE, LEARNED, learn
+from jink.learn.learning import BASE, LEARNED, NAMED, learn
 from jink.learn.recipes import RECIPES
 
 SMALL = {
@@ -65,6 +66,15 @@ def test_the_same_seed_learns_the_same_filter(name, tmp_path):
     for k in (1, 2):
         learn(name, "random-turns", runs=16, check_runs=5, seed=1, **SMALL[name]).save(tmp_path / f"{k}.json")
     assert (tmp_path / "1.json").read_bytes() == (tmp_path / "2.json").read_bytes()
+
+
+@pytest.mark.parametrize("base, below", [(None, "40 training runs"), ("kalman-cv", "training runs"), ("singer", "")])
+def test_what_an_aid_stands_on_is_marked_where_it_was_fitted_here(base, below):
+    learned = learn("nn-kf", "benchmark-1", runs=40, check_runs=10, base=base, epochs=1)
+    entrants = learned.race.entrants
+    assert below in entrants[BASE].fitted and bool(below) == bool(entrants[BASE].fitted)
+    # its own base is a Kalman filter that is tuned on runs of this scenario
+    assert entrants[NAMED].fitted == entrants["kalman-ca"].fitted != ""
 
 
 def test_an_aid_is_compared_with_the_filter_it_aids_and_helps_a_sluggish_one():
@@ -333,6 +343,21 @@ def test_what_cannot_be_done_is_said_before_anything_runs(case):
     done = command(*arguments)
     assert done.exit_code == 2, done.output
     assert expected in done.stderr
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"true_velocity_x": pl.col("true_velocity_x") * 1.94384},  # kt
+        {"true_velocity_x": pl.col("true_velocity_y"), "true_velocity_y": pl.col("true_velocity_x")},
+        {"time": (pl.col("time") * 1000).cast(pl.Int64)},  # ms, taken for s
+    ],
+)
+def test_true_velocities_that_lead_elsewhere_are_refused(recorded, tmp_path, wrong):
+    path = tmp_path / "wrong.parquet"
+    pl.read_parquet(recorded).with_columns(**wrong).write_parquet(path)
+    done = command("nn-kf", path, "--kind", "fighter", "--epochs", 1, "-q")
+    assert done.exit_code == 2 and "vx leads elsewhere than px" in " ".join(done.output.split())
 
 
 def test_truth_of_other_targets_is_refused(recorded):
