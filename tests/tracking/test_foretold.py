@@ -66,3 +66,16 @@ def test_an_aid_at_another_interval_than_it_was_trained_on_is_named(name, interv
     off = np.hypot(*(done.tracks[a].to_numpy() - data[f"true_{a}"].to_numpy() for a in "xy"))
     assert (np.sqrt(np.mean(off**2)) > 3.0 * sd) == named
     assert ("strays" in codes) == named
+
+
+@pytest.mark.parametrize("heights", [True, False])
+def test_a_filter_of_two_axes_is_why_heights_are_not_used(heights):
+    rng, time = np.random.default_rng(2), np.arange(40.0)
+    data = pl.DataFrame(
+        {"target": "a", "time": time, "x": 200 * time + rng.normal(0, 5, 40), "y": rng.normal(0, 5, 40)}
+    )
+    if heights:
+        data = data.with_columns(z=pl.Series(3000 + rng.normal(0, 5, 40)))
+    plane = jink.Kalman(jink.ConstantVelocity(acceleration_psd=1.0), jink.Position(sd=5.0))
+    (note,) = jink.track(data, filter=plane, details=True).summary["notes"]
+    assert ("as the filter has two axes" in note) == heights and ("have no altitude" in note) != heights
