@@ -287,3 +287,12 @@ def test_recorded_tracks_seen_by_a_simulated_radar(capsys, tmp_path):
     assert ask(scenario="examples/flights.parquet", sensor="radar-4s", json=str(out)) == 0
     body = json.loads(out.read_text())
     assert "position_rmse" in body["filters"]["imm"] and "package traffic" in body["about"]["imm"]["note"]
+
+
+@pytest.mark.parametrize("unit", [1, 1000])
+def test_a_default_that_cannot_be_right_on_a_recording_has_a_note(tmp_path, unit):
+    table = simulation_table(short("random-turns", 60).simulate(10, 1)).select("target", "time", "x", "y")
+    path = tmp_path / "f.parquet"
+    table.with_columns(time=(pl.col("time") * unit).cast(pl.Int64)).write_parquet(path)  # 1000: ms taken for s
+    race = compare(str(path), [], kind="fighter")
+    assert ("Likely: a wrong unit of time or position" in race.entrants["imm"].note) == (unit == 1000)
