@@ -360,6 +360,16 @@ def test_true_velocities_that_lead_elsewhere_are_refused(recorded, tmp_path, wro
     assert done.exit_code == 2 and "vx leads elsewhere than px" in " ".join(done.output.split())
 
 
+@pytest.mark.parametrize("late", [0, 1])
+def test_a_truth_that_is_a_row_late_is_said(recorded, tmp_path, late):
+    path = tmp_path / "late.parquet"
+    table = pl.read_parquet(recorded)
+    true = [name for name in table.columns if name.startswith("true_")]
+    table.with_columns(pl.col(true).shift(late).over("target")).write_parquet(path)
+    learned = learn("nn-kf", str(path), kind="fighter", epochs=1)
+    assert any("from the truth" in line for line in learned.warnings) == bool(late)
+
+
 def test_truth_of_other_targets_is_refused(recorded):
     done = command("nn-kf", recorded, "--truth", "px=true_y,py=true_x")
     assert done.exit_code == 2 and "Check that the truth is of these targets" in done.stderr

@@ -34,6 +34,7 @@ OWN_INPUTS = "simulated targets, one input for each mode"
 METRICS = ("position_rmse", "velocity_rmse")
 FEWEST = 4  # tracks: at least one of them validates
 VALIDATION = 0.25
+OFF = 2.0  # times the estimated noise: so far apart measurements and truth need a word
 NEEDED = {"position": "px=COLUMN (py, pz)", "velocity": "vx=COLUMN (vy, vz)"}
 
 __all__ = ["Learned", "learn"]
@@ -165,7 +166,7 @@ def learn(
             **({"learned_on": OWN_INPUTS} if asked.own_inputs else {}),
         },
     )
-    learned.warnings = _warnings(learned, known)
+    learned.warnings = _warnings(learned, known, training)
     return learned
 
 
@@ -253,8 +254,14 @@ def _against(race: Race, other: str) -> str:
     return "; ".join(said)
 
 
-def _warnings(learned: Learned, runs: Runs) -> list[str]:
+def _warnings(learned: Learned, runs: Runs, training: Training) -> list[str]:
     said = []
+    estimated = training.purpose.position_sd
+    if training.purpose.recorded and not estimated / OFF < runs.sd < estimated * OFF:
+        said.append(
+            f"the measurements lie {runs.sd:.3g} m from the truth, and their noise is estimated as {estimated:.3g} m: "
+            "the truth may be of other times or coordinates, or the errors last"
+        )
     rows = int(np.isfinite(runs.position[..., 0]).sum())
     if len(runs) < 20 or rows < 2000:
         said.append(f"little data: {len(runs)} tracks, {rows:,} scans with truth")
