@@ -77,5 +77,17 @@ def test_a_filter_of_two_axes_is_why_heights_are_not_used(heights):
     if heights:
         data = data.with_columns(z=pl.Series(3000 + rng.normal(0, 5, 40)))
     plane = jink.Kalman(jink.ConstantVelocity(acceleration_psd=1.0), jink.Position(sd=5.0))
-    (note,) = jink.track(data, filter=plane, details=True).summary["notes"]
+    note, _ = jink.track(data, filter=plane, details=True).summary["notes"]
     assert ("as the filter has two axes" in note) == heights and ("have no altitude" in note) != heights
+
+
+@pytest.mark.parametrize("options, said", [({}, True), ({"sensor_sd": 5.0}, False)])
+def test_a_filter_s_own_noise_is_said(options, said):
+    rng, time = np.random.default_rng(2), np.arange(40.0)
+    data = pl.DataFrame(
+        {"target": "a", "time": time, "x": 200 * time + rng.normal(0, 5, 40), "y": rng.normal(0, 5, 40)}
+    )
+    own = jink.Kalman(jink.ConstantVelocity(acceleration_psd=1.0), jink.Position(sd=50.0))
+    for filter, expected in ((own, said), ("kalman-cv", False), (None, False)):
+        notes = jink.track(data, filter=filter, details=True, **options).summary["notes"]
+        assert any("its sensor's own noise of 50 m" in note for note in notes) == expected

@@ -297,7 +297,7 @@ def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) ->
     if len(groups) > 1:
         tracks = tracks.sort("target", "time", maintain_order=True)
     measured = tracks if settings.every is None else tracks.filter(pl.col("row").is_not_null())
-    summary = summarise(loaded, cleaned, rejected, groups, measured, settings.filter)
+    summary = summarise(loaded, cleaned, rejected, groups, measured, settings)
     summary |= {**settings.said(), "gap_seconds": prepared.pace.gap}
     return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
 
