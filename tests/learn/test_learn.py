@@ -111,6 +111,8 @@ def test_rules_learned_from_a_file_are_written_shown_and_track_it(recorded, tmp_
     words = [line for motion in filter.motions for line in motion.rules.describe()]
     text = page.read_text()
     assert text.count("<svg") == 2
+    # the marks of the terminal's table, and what they mean
+    assert "learned *</th>" in text and "kalman-cv *</th>" in text and "* fitted on other rows of this file" in text
     assert text.count("then the acceleration noise has sd") == len(words)
     tracked = CliRunner().invoke(
         app, ["track", str(recorded), "--filter", str(out), "-o", str(tmp_path / "t.parquet"), "-q"]
