@@ -68,6 +68,13 @@ def test_the_same_seed_learns_the_same_filter(name, tmp_path):
     assert (tmp_path / "1.json").read_bytes() == (tmp_path / "2.json").read_bytes()
 
 
+def test_of_several_scenarios_the_first_is_raced_and_said():
+    done = command("nn-kf", "benchmark-1,benchmark-3", "--runs", 6, "--check-runs", 4, "--epochs", 1)
+    said = " ".join(done.output.split())
+    assert done.exit_code == 0, done.output
+    assert "the first of 2 scenarios; jink compare checks the filter on benchmark-3" in said
+
+
 @pytest.mark.parametrize("base, below", [(None, "40 training runs"), ("kalman-cv", "training runs"), ("singer", "")])
 def test_what_an_aid_stands_on_is_marked_where_it_was_fitted_here(base, below):
     learned = learn("nn-kf", "benchmark-1", runs=40, check_runs=10, base=base, epochs=1)

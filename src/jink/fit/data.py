@@ -76,7 +76,11 @@ def from_scenarios(
         tracks = replace(tracks, covariance=None)
 
     def check(entrants: Sequence[Entrant]) -> Race:
-        return race(scenarios[0], list(ALSO), check_runs, seed, guests=entrants)
+        found = race(scenarios[0], list(ALSO), check_runs, seed, guests=entrants)
+        if len(scenarios) > 1:
+            others = ", ".join(s.name for s in scenarios[1:])
+            found.words += f" (the first of {len(scenarios)} scenarios; jink compare checks the filter on {others})"
+        return found
 
     return Training(
         name=name,
