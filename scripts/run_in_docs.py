@@ -21,7 +21,9 @@ COMMAND = re.compile(r"(<!-- run: ([^\n]+?) -->\n```text\n)(.*?\n)??(```\n)", re
 EXAMPLE = re.compile(
     r"^```python\n(.*?)^```\n(?:(\s*<!-- printed -->\n```text\n)(.*?)(```\n))?", re.DOTALL | re.MULTILINE
 )
-VARIES = re.compile(r"\([\d.]+ [kMG]?B\)|^Took .*|(?<=% ) *\d+\.\d\d$|in [\d.]+ s( of CPU)?$", re.MULTILINE)
+VARIES = re.compile(
+    r"\([\d.]+ [kMG]?B\)|^Took .*|(?<=% ) *\d+\.\d\d$| +(µs|–)$|in [\d.]+ s(?= of CPU$|;|$)", re.MULTILINE
+)
 
 
 def printed(command: str, folder: Path) -> str:
