@@ -5,7 +5,8 @@
 Truth: along the track the slope of the reported groundspeed within 5 s, across it the curvature of a cubic through the
 positions within 10 s; a manoeuvre lasts 5 s above .05 g. Neither knows of a filter. Every flight is tracked as
 `jink track` does by default. Detection and false alarm: shares of rows with a probability above one half, among rows
-that truly manoeuvre and among others. False segments: stretches of manoeuvre during which the flight never does.
+that truly manoeuvre and among others. True of sure: the share of rows that truly manoeuvre, among rows with a
+probability of at least .9. False segments: stretches of manoeuvre during which the flight never does.
 Standard errors are over flights.
 """
 
@@ -29,6 +30,7 @@ from jink.tracking.prepare import Group, Settings, prepare
 from scripts.extract_flights import read
 
 GRAVITY, THRESHOLD, LEAST, REACH = 9.80665, 0.05, 5.0, 5.0
+SURE = 0.9  # probability from which on a row is sure to manoeuvre
 LONGEST = 10.0  # s between two rows that count as time flown
 WAYS = {
     "filtered": Settings(),
@@ -93,10 +95,11 @@ def ratio(part: np.ndarray, whole: np.ndarray) -> tuple[float, float]:
 
 
 def scored(tracks: pl.DataFrame, group: Group, truth: np.ndarray, busy: np.ndarray) -> dict[str, tuple[float, float]]:
-    """Detection, false alarm and false segments an hour with their standard errors."""
+    """Detection, false alarm, true of sure and false segments an hour with their standard errors."""
     placed = group.placed
     probability = np.nan_to_num(tracks["manoeuvring"].fill_null(np.nan).to_numpy())
     known, says = np.isfinite(truth), probability > 0.5
+    sure = (probability >= SURE) & known
     flight = pl.Series(placed.rows["target"]).rank("dense").to_numpy().astype(int) - 1
     count = int(flight.max()) + 1
 
@@ -115,6 +118,7 @@ def scored(tracks: pl.DataFrame, group: Group, truth: np.ndarray, busy: np.ndarr
     return {
         "detection": ratio(over(says & busy & known), over(busy & known)),
         "false alarm": ratio(over(says & ~busy & known), over(~busy & known)),
+        "true of sure": ratio(over(sure & busy), over(sure)),
         "false segments/h": ratio(false, flown),
     }
 
@@ -137,10 +141,11 @@ def measured(path: Path) -> dict[str, Any]:
 def said(found: dict[str, Any]) -> str:
     """The table, with what was to be reached."""
     lines = [f"{found['flights']} flights, which manoeuvre in {found['share']:.0%} of the rows with known truth"]
-    lines.append(f"{'':12}{'detection':>16}{'false alarm':>16}{'false segments/h':>20}")
+    lines.append(f"{'':12}{'detection':>16}{'false alarm':>16}{'true of sure':>16}{'false segments/h':>18}")
     for name in WAYS:
         figures = [f"{value:.3f} ± {se:.3f}" for value, se in found[name].values()]
-        lines.append(f"{name:12}{figures[0]:>16}{figures[1]:>16}{figures[2]:>20}  {_judged(name, found[name])}")
+        columns = "".join(f"{figure:>{width}}" for figure, width in zip(figures, (16, 16, 16, 18), strict=True))
+        lines.append(f"{name:12}{columns}  {_judged(name, found[name])}")
     return "\n".join(lines)
 
 
@@ -148,7 +153,7 @@ def _judged(name: str, figures: dict[str, tuple[float, float]]) -> str:
     if name not in AIMS:
         return ""
     least, most, often = AIMS[name]
-    detection, alarm, segments = (value for value, _ in figures.values())
+    detection, alarm, segments = (figures[name][0] for name in ("detection", "false alarm", "false segments/h"))
     good = detection >= least and alarm <= most and (often is None or segments <= often)
     words = f"{least:g} at {most:g}" + ("" if often is None else f", {often:g}/h")
     return f"wanted {words}: {'reached' if good else 'MISSED'}"

@@ -2,7 +2,8 @@
 
 `<!-- run: jink … -->` stands above the text block that the command prints; ` | head -N` at its end keeps the first N
 lines. `<!-- printed -->` stands above what the Python block before it prints. Everything runs in an empty folder with
-examples/ in it. Times taken and sizes of files do not count as differences.
+examples/ in it. Times taken (those of commands, fits and filters, the last column of a race) and sizes of files do not
+count as differences.
 """
 
 import contextlib
@@ -20,7 +21,9 @@ COMMAND = re.compile(r"(<!-- run: ([^\n]+?) -->\n```text\n)(.*?\n)??(```\n)", re
 EXAMPLE = re.compile(
     r"^```python\n(.*?)^```\n(?:(\s*<!-- printed -->\n```text\n)(.*?)(```\n))?", re.DOTALL | re.MULTILINE
 )
-VARIES = re.compile(r"\([\d.]+ [kMG]?B\)|^Took .*", re.MULTILINE)
+VARIES = re.compile(
+    r"\([\d.]+ [kMG]?B\)|^Took .*|(?<=% ) *\d+\.\d\d$| +(µs|–)$|in [\d.]+ s(?= of CPU$|;|$)", re.MULTILINE
+)
 
 
 def printed(command: str, folder: Path) -> str:

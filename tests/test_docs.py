@@ -1,14 +1,18 @@
 """Every Python example in the documentation runs, file by file, from top to bottom."""
 
+import contextlib
+import importlib
 import re
 import shlex
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from typer.testing import CliRunner
 
+import jink
 from jink.cli.main import app
 
 ROOT = Path(__file__).parents[1]
@@ -34,6 +38,24 @@ def test_examples_run(page, tmp_path, monkeypatch):
             if error.name not in OTHERS:
                 raise
             pytest.skip(f"{error.name} is not installed; pip install 'jink[interop]'")
+
+
+def test_names_of_the_library_are_there():
+    def there(name: str) -> bool:
+        known: object = jink
+        for part in name.split(".")[1:]:
+            if not hasattr(known, part) and isinstance(known, ModuleType):
+                with contextlib.suppress(ImportError):
+                    importlib.import_module(f"{known.__name__}.{part}")
+            known = getattr(known, part, None)
+            if known is None:
+                return False
+        return True
+
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "src").rglob("*.py")]
+    names = {name for page in pages for name in re.findall(r"`~?(jink(?:\.\w+)+)`", page.read_text(encoding="utf-8"))}
+    assert len(names) > 50
+    assert [name for name in sorted(names) if not there(name)] == []
 
 
 def commands(page: Path) -> list[str]:

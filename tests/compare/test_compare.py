@@ -238,6 +238,7 @@ def test_files_say_what_they_were_fitted_on(tmp_path):
         ({"scenario": "random-turns", "seed": 3, "runs": 100}, True, False),
         ({"scenario": "random-turns", "seed": 4, "runs": 100}, True, True),
         ({"scenario": "lee-2003", "seed": 4, "runs": 100}, False, False),
+        ({"scenario": "lee-2003,random-turns", "seed": 3, "runs": 100}, True, False),
     ):
         path.write_text(json.dumps({**json.loads(path.read_text()), "fitted": fitted}))
         body = compare(scenario, [str(path)], runs=5, seed=4).as_dict()

@@ -64,6 +64,25 @@ def test_manoeuvre_figures_are_those_of_the_metrics(monkeypatch):
     assert body["onset_peak"]["se"] > 0 and {"log_score", "mean_euclidean", "prediction_score"} <= set(body)
 
 
+def test_a_climb_is_nothing_that_a_probability_in_the_plane_should_notice():
+    race = compare("terminal-area", ["imm"], runs=10, seed=3)
+    s = SCENARIOS["terminal-area"].simulate(10, 3)
+    filter = race.entrants["imm"].filter
+    new = np.arange(s.time.size) % s.time.shape[1] == 0
+    moving = Moving.of(filter.filter(**s.batch()), s.time.reshape(-1), new)
+    probability = probabilities(moving, Manoeuvres.of(filter, "aircraft"))[0].reshape(s.time.shape)
+    level = np.linalg.norm(s.truth.acceleration[..., :2], axis=2) > 0.05 * 3.0
+    climbs = np.abs(s.truth.acceleration[..., 2]) > 0.05 * 3.0
+    assert (climbs & ~level).any()
+    seen = metrics.detection(probability, level)
+    for name, figure in {
+        "noticed": seen.noticed,
+        "detection_delay": seen.delay,
+        "false_alarms": seen.false_alarms,
+    }.items():
+        assert_allclose(race.figure("imm", name), figure, rtol=1e-9, err_msg=name)
+
+
 def test_a_curve_manoeuvres_where_it_accelerates():
     s = short("benchmark-1", 100).simulate(1)
     busy = manoeuvring.busy(s)[0]
@@ -268,3 +287,12 @@ def test_recorded_tracks_seen_by_a_simulated_radar(capsys, tmp_path):
     assert ask(scenario="examples/flights.parquet", sensor="radar-4s", json=str(out)) == 0
     body = json.loads(out.read_text())
     assert "position_rmse" in body["filters"]["imm"] and "package traffic" in body["about"]["imm"]["note"]
+
+
+@pytest.mark.parametrize("unit", [1, 1000])
+def test_a_default_that_cannot_be_right_on_a_recording_has_a_note(tmp_path, unit):
+    table = simulation_table(short("random-turns", 60).simulate(10, 1)).select("target", "time", "x", "y")
+    path = tmp_path / "f.parquet"
+    table.with_columns(time=(pl.col("time") * unit).cast(pl.Int64)).write_parquet(path)  # 1000: ms taken for s
+    race = compare(str(path), [], kind="fighter")
+    assert ("Likely: a wrong unit of time or position" in race.entrants["imm"].note) == (unit == 1000)

@@ -7,12 +7,13 @@ from __future__ import annotations
 import json
 
 import numpy as np
+import polars as pl
 import pytest
 from typer.testing import CliRunner
 
 import jink
 from jink.cli.main import app
-from jink.learn.learning import BASE, LEARNED, learn
+from jink.learn.learning import BASE, LEARNED, NAMED, learn
 from jink.learn.recipes import RECIPES
 
 SMALL = {
@@ -67,6 +68,22 @@ def test_the_same_seed_learns_the_same_filter(name, tmp_path):
     assert (tmp_path / "1.json").read_bytes() == (tmp_path / "2.json").read_bytes()
 
 
+def test_of_several_scenarios_the_first_is_raced_and_said():
+    done = command("nn-kf", "benchmark-1,benchmark-3", "--runs", 6, "--check-runs", 4, "--epochs", 1)
+    said = " ".join(done.output.split())
+    assert done.exit_code == 0, done.output
+    assert "the first of 2 scenarios; jink compare checks the filter on benchmark-3" in said
+
+
+@pytest.mark.parametrize("base, below", [(None, "40 training runs"), ("kalman-cv", "training runs"), ("singer", "")])
+def test_what_an_aid_stands_on_is_marked_where_it_was_fitted_here(base, below):
+    learned = learn("nn-kf", "benchmark-1", runs=40, check_runs=10, base=base, epochs=1)
+    entrants = learned.race.entrants
+    assert below in entrants[BASE].fitted and bool(below) == bool(entrants[BASE].fitted)
+    # its own base is a Kalman filter that is tuned on runs of this scenario
+    assert entrants[NAMED].fitted == entrants["kalman-ca"].fitted != ""
+
+
 def test_an_aid_is_compared_with_the_filter_it_aids_and_helps_a_sluggish_one():
     sluggish = jink.Kalman(
         jink.ConstantAcceleration(jerk_psd=1e-4, acceleration_prior_sd=10.0), jink.Position(sd=50.0, axes=2)
@@ -101,6 +118,8 @@ def test_rules_learned_from_a_file_are_written_shown_and_track_it(recorded, tmp_
     words = [line for motion in filter.motions for line in motion.rules.describe()]
     text = page.read_text()
     assert text.count("<svg") == 2
+    # the marks of the terminal's table, and what they mean
+    assert "learned *</th>" in text and "kalman-cv *</th>" in text and "* fitted on other rows of this file" in text
     assert text.count("then the acceleration noise has sd") == len(words)
     tracked = CliRunner().invoke(
         app, ["track", str(recorded), "--filter", str(out), "-o", str(tmp_path / "t.parquet"), "-q"]
@@ -333,6 +352,31 @@ def test_what_cannot_be_done_is_said_before_anything_runs(case):
     done = command(*arguments)
     assert done.exit_code == 2, done.output
     assert expected in done.stderr
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"true_velocity_x": pl.col("true_velocity_x") * 1.94384},  # kt
+        {"true_velocity_x": pl.col("true_velocity_y"), "true_velocity_y": pl.col("true_velocity_x")},
+        {"time": (pl.col("time") * 1000).cast(pl.Int64)},  # ms, taken for s
+    ],
+)
+def test_true_velocities_that_lead_elsewhere_are_refused(recorded, tmp_path, wrong):
+    path = tmp_path / "wrong.parquet"
+    pl.read_parquet(recorded).with_columns(**wrong).write_parquet(path)
+    done = command("nn-kf", path, "--kind", "fighter", "--epochs", 1, "-q")
+    assert done.exit_code == 2 and "vx leads elsewhere than px" in " ".join(done.output.split())
+
+
+@pytest.mark.parametrize("late", [0, 1])
+def test_a_truth_that_is_a_row_late_is_said(recorded, tmp_path, late):
+    path = tmp_path / "late.parquet"
+    table = pl.read_parquet(recorded)
+    true = [name for name in table.columns if name.startswith("true_")]
+    table.with_columns(pl.col(true).shift(late).over("target")).write_parquet(path)
+    learned = learn("nn-kf", str(path), kind="fighter", epochs=1)
+    assert any("from the truth" in line for line in learned.warnings) == bool(late)
 
 
 def test_truth_of_other_targets_is_refused(recorded):

@@ -62,3 +62,17 @@ def test_tracks_and_races_agree(modes, straight, tmp_path):
     pulls = np.linalg.norm(s.truth.acceleration, axis=2) > 0.5 * GRAVITY
     for metric, those in (("detection", pulls), ("false_alarm", ~pulls)):
         assert_allclose(race.figure(name, metric).value, (probability[those] > 0.5).mean(), rtol=1e-9, err_msg=metric)
+
+
+@pytest.mark.parametrize("name", ["nnvsmm-modes", "fuzzy-imm", "imm", "gpb1", "vsmm-ag"])
+def test_a_straight_flight_is_not_told_to_manoeuvre(name):
+    rng, time = np.random.default_rng(4), np.arange(200.0)
+    tables = [
+        pl.DataFrame(
+            {"target": str(k), "time": time, "x": 200.0 * time + rng.normal(0, 20, 200), "y": rng.normal(0, 20, 200)}
+        )
+        for k in range(10)
+    ]
+    told = jink.track(pl.concat(tables), filter=name, sensor_sd=20.0)["manoeuvring"]
+    # scores of modes are no probabilities: what they would tell is left out
+    assert told.null_count() == told.len() if name == "nnvsmm-modes" else (told > 0.5).mean() < 0.15

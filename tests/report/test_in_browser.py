@@ -131,6 +131,17 @@ def test_units_and_colours(look, tracks):
     assert opened.complaints == []
 
 
+def test_the_ends_of_the_colours_are_what_a_hundredth_of_the_rows_lie_beyond(look, tracks):
+    stands = pl.int_range(pl.len()) % 40 == 0
+    frame = tracks(2, 400).with_columns(speed=pl.when(stands).then(1e-11).otherwise("speed"))
+    page = look(frame).page
+    page.select_option("#colour", "speed")
+    high = frame["speed"].quantile(0.99)
+    assert page.locator("#legend-low").inner_text() == "≤ 0 m/s"
+    assert page.locator("#legend-high").inner_text().startswith("≥ ")
+    assert float(page.locator("#legend-high").inner_text().split()[1]) == pytest.approx(high, rel=0.01)
+
+
 def test_a_name_that_looks_like_html(look, tracks):
     nasty = '</script><b>"&amp;\u2028'
     frame = tracks(2, 60)

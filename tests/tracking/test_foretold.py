@@ -44,3 +44,50 @@ def test_errors_are_those_of_lines_that_go_on():
     (found,) = foretells_badly(wrong)
     # straight on from the square's side: √2 m beside the corner; the estimate about 30 m beside it
     assert "to 30 m, to 1.41 m by" in found.what and found.rows == 201
+
+
+@pytest.mark.parametrize(
+    "name, interval, sd, named", [("nn-kf", 15.0, 5.0, True), ("nn-kf", 1.0, 50.0, False), ("imm", 15.0, 5.0, False)]
+)
+def test_an_aid_at_another_interval_than_it_was_trained_on_is_named(name, interval, sd, named):
+    rng, time = np.random.default_rng(1), interval * np.arange(300.0)
+    tables = []
+    for k in range(4):
+        rate = np.where(np.arange(300) % 40 > 25, np.radians(rng.uniform(1.0, 4.0)), 0.0)
+        course = np.cumsum(rate * interval)
+        way = 250.0 * interval * np.cumsum([np.cos(course), np.sin(course)], axis=1)
+        x, y = way + rng.normal(0, sd, way.shape)
+        tables.append(
+            pl.DataFrame({"target": str(k), "time": time, "x": x, "y": y, "true_x": way[0], "true_y": way[1]})
+        )
+    data = pl.concat(tables)
+    done = jink.track(data.drop("true_x", "true_y"), kind="fighter", filter=name, sensor_sd=sd, details=True)
+    codes = {warning["code"] for warning in done.summary["warnings"]}
+    off = np.hypot(*(done.tracks[a].to_numpy() - data[f"true_{a}"].to_numpy() for a in "xy"))
+    assert (np.sqrt(np.mean(off**2)) > 3.0 * sd) == named
+    assert ("strays" in codes) == named
+
+
+@pytest.mark.parametrize("heights", [True, False])
+def test_a_filter_of_two_axes_is_why_heights_are_not_used(heights):
+    rng, time = np.random.default_rng(2), np.arange(40.0)
+    data = pl.DataFrame(
+        {"target": "a", "time": time, "x": 200 * time + rng.normal(0, 5, 40), "y": rng.normal(0, 5, 40)}
+    )
+    if heights:
+        data = data.with_columns(z=pl.Series(3000 + rng.normal(0, 5, 40)))
+    plane = jink.Kalman(jink.ConstantVelocity(acceleration_psd=1.0), jink.Position(sd=5.0))
+    note, _ = jink.track(data, filter=plane, details=True).summary["notes"]
+    assert ("as the filter has two axes" in note) == heights and ("have no altitude" in note) != heights
+
+
+@pytest.mark.parametrize("options, said", [({}, True), ({"sensor_sd": 5.0}, False)])
+def test_a_filter_s_own_noise_is_said(options, said):
+    rng, time = np.random.default_rng(2), np.arange(40.0)
+    data = pl.DataFrame(
+        {"target": "a", "time": time, "x": 200 * time + rng.normal(0, 5, 40), "y": rng.normal(0, 5, 40)}
+    )
+    own = jink.Kalman(jink.ConstantVelocity(acceleration_psd=1.0), jink.Position(sd=50.0))
+    for filter, expected in ((own, said), ("kalman-cv", False), (None, False)):
+        notes = jink.track(data, filter=filter, details=True, **options).summary["notes"]
+        assert any("its sensor's own noise of 50 m" in note for note in notes) == expected

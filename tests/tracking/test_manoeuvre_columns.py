@@ -91,3 +91,21 @@ def test_a_stretch_that_does_not_last_is_none():
     late, back = (Segments(4.0, back).numbers(probability, time, new) for back in (False, True))
     assert_array_equal(np.flatnonzero(np.diff(late)) + 1, [27, 37])
     assert_array_equal(np.flatnonzero(np.diff(back)) + 1, [23, 33])
+
+
+def test_what_is_said_to_manoeuvre_does():
+    """Flights seen by 20 m: their velocity is hardly known at first, and never much better than the threshold."""
+    rng = np.random.default_rng(3)
+    turns = {str(k): float(g) for k, g in enumerate(rng.uniform(0.0, 0.15, 60))}
+    data = pl.concat([flight(g, sd=20.0, seed=int(k)).with_columns(target=pl.lit(k)) for k, g in turns.items()])
+    tracks = jink.track(data, sensor_sd=20.0)
+    window = KINDS["aircraft"].manoeuvre_seconds
+    inside = pl.min_horizontal("time", TURN.stop) - pl.max_horizontal(pl.col("time") - window, TURN.start)
+    mean_g = inside.clip(0.0) / window * pl.col("target").replace_strict(turns)
+    true = (mean_g > KINDS["aircraft"].manoeuvre_g[0]).alias("true")
+    sure = tracks.filter(pl.col("manoeuvring") > 0.9).select("target", "time", true)
+    assert sure.height > 100
+    # so many flights that the share's standard error, over flights, is about .03
+    assert sure["true"].mean() > 0.85
+    beginning = tracks.filter(pl.col("time").is_between(2.0, 20.0))
+    assert (beginning["manoeuvring"] > 0.5).mean() < 0.05

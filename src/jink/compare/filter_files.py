@@ -26,7 +26,9 @@ def from_file(path: str, purpose: Purpose, seed: int, runs: int) -> Entrant:
         raise InputError(f"filter file {error}" if str(path) in str(error) else f"{path}: {error}") from None
     note = suits(filter, purpose, path)
     fitted = json.loads(Path(path).read_text(encoding="utf-8")).get("fitted") or {}
-    here = isinstance(fitted, dict) and fitted.get("scenario") == purpose.name
+    # several scenarios have commas between them
+    on = str(fitted.get("scenario", "")) if isinstance(fitted, dict) else ""
+    here = bool(on) and purpose.name in (on, *on.split(","))
     words = f"{type(filter).__name__} of {', '.join(filter.modes)}"
     return Entrant(
         name=path,

@@ -6,6 +6,7 @@ The figures are those of :func:`jink.metrics.response` and :func:`jink.metrics.d
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -35,14 +36,16 @@ METRICS = (
 )
 
 
-def busy(simulation: Simulation) -> Bools:
-    """(B, S): did the target manoeuvre since the scan before? Commanded, or by its true acceleration."""
+def busy(simulation: Simulation, axes: int = 3) -> Bools:
+    """(B, S): did the target manoeuvre since the scan before, along the first so many axes? Commanded, or by its true
+    acceleration.
+    """
     if simulation.input is not None and simulation.turn_rate is not None:
-        out = (simulation.input != 0).any(axis=2) | (simulation.turn_rate != 0)
+        out = (simulation.input[..., :axes] != 0).any(axis=2) | (simulation.turn_rate != 0)
         out[:, 0] = out[:, min(1, out.shape[1] - 1)]  # nothing is known of the time before the first scan
         return out
     threshold = QUIET_SHARE * KINDS[simulation.scenario.kind].acceleration
-    return manoeuvring(simulation.truth.acceleration, threshold)
+    return manoeuvring(simulation.truth.acceleration[..., :axes], threshold)
 
 
 def accelerated(simulation: Simulation) -> Bools:
@@ -51,24 +54,35 @@ def accelerated(simulation: Simulation) -> Bools:
     return manoeuvring(simulation.truth.acceleration[..., :2], threshold)
 
 
-def count(
-    tally: Tally, runs: np.ndarray, error: Array, probability: Array | None, truth: Bools, accelerated: Bools
-) -> None:
-    """Add chunks of position errors (B, S, axes), NaN where they do not count, and manoeuvre probabilities (B, S).
-
-    truth: what onsets, ends and their notice are told by; accelerated: what each scan's probability is held against.
+@dataclass(frozen=True)
+class Truth:
+    """What is true of each scan (B, S): whether the target manoeuvres in any direction, which errors show; in the
+    plane, which a probability of a manoeuvre should notice; and whether it pulls more than its kind's threshold there.
     """
+
+    busy: Bools
+    level: Bools
+    pulls: Bools
+
+    @classmethod
+    def of(cls, simulation: Simulation) -> Truth:
+        """Of simulated runs."""
+        return cls(busy(simulation), busy(simulation, axes=2), accelerated(simulation))
+
+
+def count(tally: Tally, runs: np.ndarray, error: Array, probability: Array | None, true: Truth) -> None:
+    """Add chunks of position errors (B, S, axes), NaN where they do not count, and manoeuvre probabilities (B, S)."""
     tally.add_response(runs, "runs", np.ones(len(runs)))
     for event in EVENTS:
-        rows, member = aligned(error, truth, event), events(truth, event)[:, 0]
+        rows, member = aligned(error, true.busy, event), events(true.busy, event)[:, 0]
         there = np.isfinite(rows)
         for what, values in (("square", np.where(there, rows, 0.0)), ("there", there.astype(float))):
             tally.add_response(runs[member], f"{event}_{what}", values)
     if probability is not None:
-        for name, (total, number) in noticed(probability, truth).items():
+        for name, (total, number) in noticed(probability, true.level).items():
             tally.add(runs, name, total, number)
         says = probability > HALF
-        for name, those in (("detection", accelerated), ("false_alarm", ~accelerated)):
+        for name, those in (("detection", true.pulls), ("false_alarm", ~true.pulls)):
             those = those & np.isfinite(probability)
             tally.add(runs, name, (says & those).sum(axis=1).astype(float), those.sum(axis=1).astype(float))
 

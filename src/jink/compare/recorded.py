@@ -27,6 +27,7 @@ from ..models.tracks import Tracks
 from ..scenarios.observation import sensor_in_words
 from ..tracking.anonymous import is_anonymous
 from ..tracking.converted import in_metres
+from ..tracking.plausibility import NIS_MEAN
 from ..tracking.prepare import Settings, prepare
 from .entrants import SUFFIX, Entrant, enter
 from .example import recorded_example
@@ -144,6 +145,7 @@ def race_on_file(
         example = recorded_example(recording, {name: entrants[name].filter for name in answers}, answers)
     except KeyboardInterrupt:
         skipped["example"] = INTERRUPTED
+    tallies = {name: _tally(answer, recording, used) for name, answer in answers.items()}
     return Race(
         scenario=path,
         words=f"{recording.tracks.rows} recorded rows{recording.of_sample} without truth; "
@@ -151,8 +153,8 @@ def race_on_file(
         runs=units,
         asked=units + any(why == INTERRUPTED for why in skipped.values()),
         seed=seed,
-        entrants={name: entrants[name] for name in answers},
-        tallies={name: _tally(answer, recording, used) for name, answer in answers.items()},
+        entrants={name: _judged(entrants[name], tallies[name]) for name in answers},
+        tallies=tallies,
         skipped=skipped,
         seen=f"{sensor_in_words(recording.sensor)}: noise as estimated from the file",
         example=example,
@@ -160,6 +162,18 @@ def race_on_file(
         metrics=METRICS,
         compared=("prediction_rmse", "prediction_score"),
     )
+
+
+def _judged(entrant: Entrant, tally: Tally) -> Entrant:
+    """The default filter with a note where it cannot be right, by the limits of `jink track`."""
+    nis = tally.figure("nis").value
+    if entrant.name != "imm" or not np.isfinite(nis) or NIS_MEAN[0] <= nis <= NIS_MEAN[1]:
+        return entrant
+    said = (
+        f"its innovations are {nis**0.5:.2g} times what it expects (mean NIS {nis:.2g} per dimension). Likely: a wrong "
+        "unit of time or position, or another kind of target; jink track on this file says more"
+    )
+    return replace(entrant, note=f"{entrant.note}; {said}" if entrant.note else said)
 
 
 class WithoutIdentity(InputError):

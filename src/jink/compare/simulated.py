@@ -213,7 +213,7 @@ def _one_chunk(
 ) -> Example:
     """Count all filters' answers; what is shown of the first run."""
     measured, answers = raw(simulation), {}
-    busy, pulls = manoeuvring.busy(simulation), manoeuvring.accelerated(simulation)
+    true = manoeuvring.Truth.of(simulation)
     for name, entrant in entrants.items():
         began = clock.perf_counter()
         answer = _answer(entrant, simulation, field, measured)
@@ -224,11 +224,11 @@ def _one_chunk(
         _count(tally, answer, simulation, field, measured)
         error = answer.position - simulation.truth.position[..., : answer.position.shape[2]]
         error[:, : field.first] = np.nan
-        manoeuvring.count(tally, simulation.runs, error, answer.manoeuvring, busy, pulls)
+        manoeuvring.count(tally, simulation.runs, error, answer.manoeuvring, true)
         if field.phases:
             mode_jumps.count(tally, simulation.runs, answer.probability)
         answers[name] = answer
-    return example(simulation, answers, busy)
+    return example(simulation, answers, true.busy)
 
 
 def _answer(entrant: Entrant, simulation: Simulation, field: Field, measured: Answer) -> Answer:

@@ -132,5 +132,10 @@ class NeuralModes(Bank):
             parts=Parts(interaction=native.Interaction.gpb1, scores=scores),
         )
 
+    @property
+    def non_manoeuvring(self) -> tuple[bool, ...]:
+        """None of the modes: a score is no probability, so it tells no manoeuvre."""
+        return (False,) * len(self.motions)
+
     def __repr__(self) -> str:
         return f"NeuralModes([{', '.join(map(repr, self.motions))}], {', '.join(map(repr, self.sensors))})"

@@ -15,7 +15,7 @@ import numpy as np
 from ..catalogue.purpose import Purpose
 from ..checks import Array
 from ..compare.entrants import Entrant
-from ..compare.recorded import Recording, race_on_file, read
+from ..compare.recorded import race_on_file, read
 from ..compare.result import Race
 from ..compare.simulated import FIRST, prepare, race
 from ..compare.source import drawn
@@ -24,6 +24,7 @@ from ..io.errors import InputError
 from ..models.tracks import Tracks, joined
 from ..scenarios import Scenario, by_name
 from .truth import score_truth
+from .truth_checks import check_truth
 
 FITTING = 1 << 41  # numbers of the runs fitted on begin here: no race reaches them, nor its training runs
 SHOWN = 40  # held-out runs that the report page shows
@@ -32,7 +33,6 @@ SIMULATED_TRUTH = {
     **{f"p{a}": f"true_{a}" for a in "xyz"},
     **{f"v{a}": f"true_velocity_{a}" for a in "xyz"},
 }
-MISPLACED = 10.0  # times the measurement's sd that the truth may lie off, in the median
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +76,11 @@ def from_scenarios(
         tracks = replace(tracks, covariance=None)
 
     def check(entrants: Sequence[Entrant]) -> Race:
-        return race(scenarios[0], list(ALSO), check_runs, seed, guests=entrants)
+        found = race(scenarios[0], list(ALSO), check_runs, seed, guests=entrants)
+        if len(scenarios) > 1:
+            others = ", ".join(s.name for s in scenarios[1:])
+            found.words += f" (the first of {len(scenarios)} scenarios; jink compare checks the filter on {others})"
+        return found
 
     return Training(
         name=name,
@@ -240,37 +244,3 @@ def true_values(path: str, row: np.ndarray, truth: Mapping[str, str]) -> Array:
     used = numbers <= row.max()
     at[numbers[used]] = np.flatnonzero(used)
     return np.stack([frame[name].cast(float).fill_null(np.nan).to_numpy()[at[row]] for name in truth.values()], axis=1)
-
-
-def check_truth(truth: Array, components: Sequence[str], recording: Recording) -> None:
-    """Errors: InputError where the truth lies nowhere near the measurements."""
-    sensor, z = recording.sensor, recording.tracks.z
-    try:
-        there = sensor.positions(z)
-    except ValueError:
-        raise InputError(
-            "--truth: expected measured positions to check the truth against; this file has none"
-        ) from None
-    sd = _position_sds(sensor, z, there)
-    for k, name in enumerate(components):
-        axis = "xyz".index(name[1])
-        if name[0] != "p" or axis >= there.shape[1]:
-            continue
-        off = np.nanmedian(np.abs(truth[:, k] - there[:, axis]))
-        if not off <= MISPLACED * sd[axis]:
-            raise InputError(
-                f"--truth: the median distance of {name} from the measured position is {off:.3g} m; "
-                f"the measurements' sd is {sd[axis]:.3g} m. "
-                "Check that the truth is of these targets and in the same coordinates"
-            )
-
-
-def _position_sds(sensor: Any, z: Array, there: Array) -> Array:
-    """The usual sd (m) of a measured position along each axis; of a radar by its range and angles."""
-    own = np.sqrt(np.diag(sensor.noise))
-    if sensor.cartesian:
-        return own[: there.shape[1]]
-    sds = dict(zip(sensor.components, own, strict=True))
-    angle = float(np.hypot(sds["azimuth"], sds.get("elevation", 0.0)))
-    far = float(np.nanmedian(np.abs(z[:, sensor.components.index("range")])))
-    return np.full(there.shape[1], max(sds["range"], far * angle, sds.get("height", 0.0)))

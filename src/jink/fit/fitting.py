@@ -55,7 +55,7 @@ def fit(
     """Fit a filter's parameters to a scenario, several ("a,b"), or a file of recorded positions, and check it on
     held-out data.
 
-    filter: where the fit starts, a name of ``jink.compare.FILTERS``, a file written by ``save``, a filter, what makes
+    filter: where the fit starts, a name of ``jink.FILTERS``, a file written by ``save``, a filter, what makes
     one (as for :func:`jink.compare.compare`), or "file.py:name". Of models and filters of your own those numbers are
     fitted whose names end in _sd or _psd. objective:
     "likelihood" of the measurements (needs no truth), "prediction" error ``ahead`` scans on, "tracking" error against

@@ -88,7 +88,7 @@ def _places(components: Sequence[str], axes: int) -> dict[str, list[int]]:
 
 
 def inputs_of(kind: str, count: int, seen: Seen) -> Array:
-    """A corrector's inputs u (B, S, axes, count); see :class:`jink.Corrector`."""
+    """A corrector's inputs u (B, S, axes, count); see :class:`jink.models.corrector.Corrector`."""
     if kind == "titi-guney":
         return np.where(seen.updated[..., None], np.stack([seen.residual, seen.step], axis=-1), 0.0)
     with np.errstate(invalid="ignore"):
@@ -139,7 +139,7 @@ def fit_corrector(
 
     model "anfis" (settings of :func:`jink.learn.anfis.fit_anfis`), "network" (those of
     :func:`jink.learn.mlp.fit_network`) or "linear", the weighted sum of the inputs and a constant that both have to
-    beat; inputs and corrects as in :class:`jink.Corrector`; count, how many innovations or sums.
+    beat; inputs and corrects as in :class:`jink.models.corrector.Corrector`; count, how many innovations or sums.
     Errors: ValueError naming what does not fit.
     """
     if inputs not in INPUTS:

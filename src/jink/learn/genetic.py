@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..checks import Array, positive
 from ..metrics.draws import Draws
 from ..models.fuzzy import FuzzyRules
-from ..models.provenance import Trained
+from ..models.provenance import VERSION, Trained
 from ..models.sensor import Position
 from ..scenarios import Observation, Scenario, Schedule
 from ..scenarios.legs import Legs
@@ -228,5 +228,6 @@ def identify(
         f"rules, λ = {s.weight:g}",
         seeds=(seed,),
         figures=(("fitness on the training runs", -least),),
+        version=VERSION,
     )
     return FuzzyRules(found.centres, found.spreads, found.variances, trained)

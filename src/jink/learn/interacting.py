@@ -10,7 +10,7 @@ import numpy as np
 
 from ..checks import Array
 from ..models.fuzzy import FuzzyRules
-from ..models.provenance import Trained
+from ..models.provenance import VERSION, Trained
 from .candidates import errors_along_track
 from .data import Runs, fingerprint
 from .evolution import Chromosome, cma_es, search
@@ -138,6 +138,7 @@ def identify_modes(
         method=f"cma on rules and transition matrix, population {population}, {generations} generations",
         seeds=(seed,),
         figures=(("error on the training runs over that of constant noises", least),),
+        version=VERSION,
     )
     return replace(
         found,

@@ -12,15 +12,17 @@ from typing import Any
 import numpy as np
 
 from ..catalogue.purpose import Unfit
-from ..catalogue.registry import FILTERS
+from ..catalogue.registry import FILTERS, canonical
 from ..checks import unknown
-from ..compare.entrants import Entrant
+from ..compare.entrants import SUFFIX, Entrant
+from ..compare.filter_files import from_file as filter_from_file
 from ..compare.result import Race
 from ..filters.axis_by_axis import of_one_axis
 from ..fit.data import SIMULATED_TRUTH, Training
 from ..fit.fitting import starting_filter, training_data
 from ..io.errors import InputError
 from ..io.files import open_table
+from ..io.own_code import is_code
 from ..scenarios import Scenario
 from .data import Runs, from_tracks
 from .how import How
@@ -32,6 +34,7 @@ OWN_INPUTS = "simulated targets, one input for each mode"
 METRICS = ("position_rmse", "velocity_rmse")
 FEWEST = 4  # tracks: at least one of them validates
 VALIDATION = 0.25
+OFF = 2.0  # times the estimated noise: so far apart measurements and truth need a word
 NEEDED = {"position": "px=COLUMN (py, pz)", "velocity": "vx=COLUMN (vy, vz)"}
 
 __all__ = ["Learned", "learn"]
@@ -145,7 +148,8 @@ def learn(
         raise InputError(f"{name}: {error}") from None
     seconds, cpu = clock.perf_counter() - began, clock.process_time() - cpu
     words = OWN_INPUTS if asked.own_inputs else f"{training.words}, a quarter of them to validate"
-    race = _checked(training, name, filter, constant, "" if asked.own_inputs else training.words)
+    below = _fitted_base(name, base, training, seed)
+    race = _checked(training, name, filter, constant, "" if asked.own_inputs else training.words, below)
     learned = Learned(
         filter=filter,
         name=name,
@@ -162,7 +166,7 @@ def learn(
             **({"learned_on": OWN_INPUTS} if asked.own_inputs else {}),
         },
     )
-    learned.warnings = _warnings(learned, known)
+    learned.warnings = _warnings(learned, known, training)
     return learned
 
 
@@ -208,20 +212,35 @@ def _split(runs: Runs, seed: int) -> tuple[Runs, Runs]:
     return runs.take(np.sort(order[some:])), runs.take(np.sort(order[:some]))
 
 
-def _checked(training: Training, name: str, filter: Any, constant: Any, fitted: str) -> Race:
+def _checked(training: Training, name: str, filter: Any, constant: Any, fitted: str, below: str) -> Race:
+    """The learned filter against others; fitted, below: what it and the filter under its correction were fitted on."""
     entrants = [Entrant(name=LEARNED, words=f"{name}, learned", filter=filter, fitted=fitted)]
     inner = getattr(filter, "filter_", None)
     if inner is not None:
-        entrants.append(Entrant(name=BASE, words="the same filter without the learned correction", filter=inner))
+        words = "the same filter without the learned correction"
+        entrants.append(Entrant(name=BASE, words=words, filter=inner, fitted=below))
     if constant is not None:
         words = "the same modes with one constant noise each, searched on the same runs within the same bounds"
         entrants.append(Entrant(name=CONSTANTS, words=words, filter=constant, fitted=fitted))
     try:
         shipped = FILTERS[name](training.purpose)
-        entrants.append(Entrant(name=NAMED, words=shipped.words, filter=shipped.filter))
+        entrants.append(Entrant(name=NAMED, **vars(shipped)))
     except (Unfit, KeyError):
         pass
     return training.check(entrants)
+
+
+def _fitted_base(name: str, base: Any, training: Training, seed: int) -> str:
+    """On which data like the held-out ones the filter under a correction was fitted; "" for none."""
+    if name == "corrector":
+        base = "imm"
+    if base is None:
+        return training.words
+    if not isinstance(base, str) or is_code(base):
+        return ""
+    if base.endswith(SUFFIX):
+        return filter_from_file(base, training.purpose, seed, 0).fitted
+    return FILTERS[canonical(base)](training.purpose).fitted
 
 
 def _against(race: Race, other: str) -> str:
@@ -235,8 +254,14 @@ def _against(race: Race, other: str) -> str:
     return "; ".join(said)
 
 
-def _warnings(learned: Learned, runs: Runs) -> list[str]:
+def _warnings(learned: Learned, runs: Runs, training: Training) -> list[str]:
     said = []
+    estimated = training.purpose.position_sd
+    if training.purpose.recorded and not estimated / OFF < runs.sd < estimated * OFF:
+        said.append(
+            f"the measurements lie {runs.sd:.3g} m from the truth, and their noise is estimated as {estimated:.3g} m: "
+            "the truth may be of other times or coordinates, or the errors last"
+        )
     rows = int(np.isfinite(runs.position[..., 0]).sum())
     if len(runs) < 20 or rows < 2000:
         said.append(f"little data: {len(runs)} tracks, {rows:,} scans with truth")

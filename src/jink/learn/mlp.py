@@ -110,7 +110,7 @@ def slope_of_inputs(values: Parameters, layers: list[Array], slope: Array) -> Ar
 
 
 def as_network(values: Parameters) -> Network:
-    """The parameters as a :class:`jink.Network`."""
+    """The parameters as a :class:`jink.models.network.Network`."""
     return Network([w.tolist() for w in values[::2]], [b.tolist() for b in values[1::2]])
 
 

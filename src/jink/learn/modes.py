@@ -29,8 +29,9 @@ def train_scores(
     """A network that scores modes of any kind, on labels: how well each mode's own filter knew where the target was.
 
     The filters run side by side, as the paper's bank does. The wanted share of mode j at a scan is exp(−d²ⱼ/2R) over
-    the sum of those, d its distance from the truth; inputs as in :class:`jink.ModeNetwork`, the weights before being
-    the wanted ones. Source: Choi, Samal & Ahn 2001, §3 (mode-based design; labels shared out instead of one winner).
+    the sum of those, d its distance from the truth; inputs as in :class:`jink.models.noise_network.ModeNetwork`, the
+    weights before being the wanted ones. Source: Choi, Samal & Ahn 2001, §3 (mode-based design; labels shared out
+    instead of one winner).
     """
     pairs = [_scored(motions, runs) for runs in (training, validation)]
     u = pairs[0][0]

@@ -40,9 +40,10 @@ class Corrector:
     sd_factors, of position, velocity, acceleration: what the corrected estimate's sds are over the filter's own; P goes
     out as W P W, W diagonal of 1 + f (factor − 1). Those not given are 1.
 
-    model an :class:`jink.Anfis` or a :class:`jink.Network`; low, high, centre, scale, one number per input;
-    output_scale one per corrected quantity; corrects ("position",), then "velocity", "acceleration". Errors: ValueError
-    where these do not fit. Source: Titi & Güney (inputs, sum); ranges, fading and covariance are jink's.
+    model an :class:`jink.models.anfis.Anfis` or a :class:`jink.models.network.Network`; low, high, centre, scale, one
+    number per input; output_scale one per corrected quantity; corrects ("position",), then "velocity", "acceleration".
+    Errors: ValueError where these do not fit. Source: Titi & Güney (inputs, sum); ranges, fading and covariance are
+    jink's.
     """
 
     model: Anfis | Network

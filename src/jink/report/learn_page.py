@@ -7,7 +7,7 @@ import os
 from ..learn.learning import LEARNED, Learned
 from .learn_table import heading
 from .learned_pictures import pictures
-from .race_table import COLUMNS, ordered, written
+from .race_table import COLUMNS, footnotes, label, ordered, written
 from .shell import escape, plain_page, version, write_page
 from .svg import drawn
 
@@ -39,10 +39,13 @@ def _table(learned: Learned) -> str:
         words = escape(race.entrants[name].words)
         rows += (
             f'<tr class="{"own" if name == LEARNED else "beside"}"><th scope="row" title="{words}">'
-            f"{escape(name)}</th>{cells}</tr>"
+            f"{escape(label(race, name))}</th>{cells}</tr>"
         )
     head = f'<th scope="col">filter</th>{head}'
+    seen = f", seen by {race.seen}" if race.seen else ""
+    notes = "".join(f'<p class="note">{escape(line)}</p>' for line in footnotes(race))
     return (
-        f"<section><h3>{escape(race.scenario)}: {race.runs:,} {escape(race.unit)} held out</h3>"
-        f'<div class="sheet"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div></section>'
+        f"<section><h3>{escape(race.scenario)}: {race.runs:,} {escape(race.unit)} held out, seed {race.seed}"
+        f"{escape(seen)}</h3>"
+        f'<div class="sheet"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{notes}</section>'
     )

@@ -135,6 +135,12 @@ def remarks(race: Race) -> list[str]:
         said = verdicts(race, name)
         if said:
             lines.append(f"{name}: {said}")
+    return lines + footnotes(race)
+
+
+def footnotes(race: Race) -> list[str]:
+    """What the marks at the names mean, notes on filters, and which are missing and why."""
+    lines = []
     fitted = {name: race.entrants[name] for name in race.tallies if race.entrants[name].fitted}
     here = [f"{name} ({e.fitted})" for name, e in fitted.items() if not e.in_sample]
     seen = [name for name, e in fitted.items() if e.in_sample]

@@ -25,7 +25,7 @@ from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.projections import with_grid
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
-from .foretold import foretells_badly
+from .foretold import foretells_badly, strays
 from .lag import Lag
 from .manoeuvring import Manoeuvres, told_of
 from .noise_level import parse_sensor_sd
@@ -257,6 +257,7 @@ def run(
         raise InputError(implausible(found, tracked.summary["targets"]))
     if settings.filter is not None and settings.smoothing is None:
         found += foretells_badly(measured)
+        found += strays(measured, settings.filter, tracked.summary["noise"])
     tracked.summary["warnings"] = as_dicts(found, tracked.summary["targets"])
     return at_even_times(tracked, settings)
 
@@ -296,7 +297,7 @@ def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) ->
     if len(groups) > 1:
         tracks = tracks.sort("target", "time", maintain_order=True)
     measured = tracks if settings.every is None else tracks.filter(pl.col("row").is_not_null())
-    summary = summarise(loaded, cleaned, rejected, groups, measured)
+    summary = summarise(loaded, cleaned, rejected, groups, measured, settings)
     summary |= {**settings.said(), "gap_seconds": prepared.pace.gap}
     return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
 

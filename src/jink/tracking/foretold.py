@@ -1,13 +1,22 @@
-"""Does the filter that was asked for foretell the next position better than a straight line through the last two?"""
+"""Does the filter that was asked for suit these targets? It foretells the next position better than a straight line
+through the last two, and its estimates lie within the noise of what was measured.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
 import polars as pl
 
+from ..filters.aided import Aided
 from .plausibility import NAMED, Finding
 
 ROWS = 100  # foretold positions; of fewer nothing is said
 WORSE = 1.1  # times the root mean square error of the straight line
+FAR = 1.3  # times the noise of a position
+DISTANCES = {0.5: 1.1774, 0.9: 2.1460}  # quantiles of the distance of two normal errors of sd 1
 NEEDED = ("x", "y", "velocity_x", "velocity_y", "measured_x", "measured_y")
 
 
@@ -47,6 +56,45 @@ def foretells_badly(tracks: pl.DataFrame) -> list[Finding]:
             rows=rows.height,
             likely="a filter for other targets or another noise",
             mend="leave out --filter, or fit one to these targets with jink fit",
+        )
+    ]
+
+
+def strays(tracks: pl.DataFrame, filter: Any, noise: Sequence[Mapping[str, Any]]) -> list[Finding]:
+    """A finding where filtered tracks lie farther from the positions that they have just taken than these err.
+
+    An estimate is a mean of prediction and measurement, so x(k) − z(k) is below the noise. What a learned aid adds is
+    not: it may be far too large at another interval or noise than it was trained on. noise: lines of the summary.
+    """
+    sds = [value for line in noise for value in (line.get("position_sd"), *line.get("position_sd_range", ())) if value]
+    if not sds or any(name not in tracks.columns for name in NEEDED):
+        return []
+    # a name stands for a filter that is made for this noise; an aid holds for no other
+    sensors = () if isinstance(filter, Aided) else getattr(filter, "sensors", ())
+    own = getattr(next(iter(sensors), None), "sd", None)
+    sd = max(*sds, float(own) if isinstance(own, int | float) else 0.0)
+    # errors of time stamps are errors along the track
+    stamps = max(value for line in noise for value in (line.get("time_sd") or 0.0, *line.get("time_sd_range", ())))
+    seen = tracks.filter(pl.col("status") == "updated", pl.col("measured_x").is_finite(), pl.col("x").is_finite())
+    if seen.height < ROWS:
+        return []
+    off = np.hypot(*(seen[axis].to_numpy() - seen[f"measured_{axis}"].to_numpy() for axis in "xy"))
+    speed = np.hypot(seen["velocity_x"].to_numpy(), seen["velocity_y"].to_numpy())
+    far = max(float(np.quantile(off, share)) / distance for share, distance in DISTANCES.items())
+    expected = float(np.hypot(sd, stamps * np.median(speed)))
+    if far <= FAR * expected:
+        return []
+    names = seen["target"].unique(maintain_order=True)
+    return [
+        Finding(
+            code="strays",
+            what=f"estimates lie {far:.3g} m from the positions that they have just taken, whose noise is "
+            f"{expected:.3g} m",
+            targets=names.head(NAMED).to_list(),
+            count=len(names),
+            rows=seen.height,
+            likely="a learned aid at another interval or noise than it was trained on, or a filter for other targets",
+            mend="leave out --filter, or learn the aid on data like these",
         )
     ]
 

@@ -146,14 +146,16 @@ def _of_direction(
     change = (velocity[:, last] - velocity[:, first]) / T
     unsure = np.where(elapsed < SHORT, UNSURE, np.minimum((before + after) / T**2, UNSURE))
     noise = what.straight[k] * T
-    # the square of a change that errors of the velocity made is their variance: it is taken off
+    # the square of a change that errors of the velocity made is their variance: it is taken off in the mean, so that
+    # what is left counts the less, the larger it is beside the threshold
+    r = what.threshold[k]
     square = (change**2).sum(axis=0)
-    straight = np.sqrt(np.maximum(square - unsure * velocity.shape[0], 0.0))
+    straight = np.sqrt(np.maximum(square - unsure * velocity.shape[0], 0.0)) / (1.0 + unsure / r**2)
     mean, variance = change, unsure
     acceleration, spread = moving.acceleration[k], moving.spread[k]
     if acceleration is not None and spread is not None:
         mean, variance = _in_manoeuvres(acceleration[:, rows], spread[rows], mode, change, unsure)
-    size, dimensions, r = np.sqrt((mean**2).sum(axis=0)), velocity.shape[0], what.threshold[k]
+    size, dimensions = np.sqrt((mean**2).sum(axis=0)), velocity.shape[0]
     quiet = exceeds(straight, noise / T**2, r, dimensions)
     return (1.0 - mode) * quiet + mode * exceeds(size, variance, r, dimensions)
 

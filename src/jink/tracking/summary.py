@@ -7,10 +7,12 @@ from typing import Any
 
 import polars as pl
 
+from ..catalogue.choose import axes_of
 from ..io.loading import Loaded
+from ..io.measurements import Measurements
 from .cleaning import Cleaned
 from .output import nis_share
-from .prepare import Group
+from .prepare import Group, Settings
 
 CLEANED = {
     "unsorted": "rows sorted by time",
@@ -27,12 +29,34 @@ CLEANED = {
 }
 
 
+def in_the_plane(which: str, measurements: Measurements, filter: Any) -> str:
+    """The note on parts without a third axis: they have no heights, or the filter that was asked for takes none."""
+    if axes_of(filter) == 2 and measurements.named.keys() & {"altitude", "z"}:
+        return f"{which} parts are tracked in the plane (2-D), as the filter has two axes; heights are not used"
+    return f"{which} parts have no altitude and are tracked in the plane (2-D)"
+
+
+def own_noise(settings: Settings, measurements: Measurements) -> list[str]:
+    """A note where a filter is not given the noise that is estimated, because it has a sensor with a noise."""
+    filter = settings.filter
+    if filter is None or isinstance(filter, str) or settings.sensor_sd:
+        return []
+    sensor = next(iter(getattr(filter, "sensors", ())), None)
+    converted = measurements.position == "polar" and "range" not in getattr(sensor, "components", ())
+    if converted or getattr(filter, "fitted", {}).get("noise") == "of each row":
+        return []
+    sd = getattr(sensor, "sd", None)
+    own = f"noise of {sd:.3g} m" if isinstance(sd, int | float) else "noise"
+    return [f"the filter keeps its sensor's own {own}, and the noise estimated here is not used; --sensor-sd gives one"]
+
+
 def summarise(
     loaded: Loaded,
     cleaned: Cleaned,
     rejected: pl.DataFrame,
     groups: Sequence[Group],
     tracks: pl.DataFrame,
+    settings: Settings,
 ) -> dict[str, Any]:
     """Counts that add up (rows = accepted + rejected), all that was assumed, noise, status, consistency."""
     times = tracks["time"]
@@ -41,7 +65,8 @@ def summarise(
     if flat and loaded.measurements.position != "polar":
         parts = sum(int(group.new.sum()) for group in flat)
         which = "all" if len(groups) == 1 else f"{parts}"
-        notes.append(f"{which} parts have no altitude and are tracked in the plane (2-D)")
+        notes.append(in_the_plane(which, loaded.measurements, settings.filter))
+    notes += own_noise(settings, loaded.measurements)
     used = [group.rates for group in groups if group.rates.notes]
     if any(rates.sd for rates in used):
         notes += loaded.measurements.rate_notes

@@ -18,7 +18,7 @@ from ..io.rejected import SCHEMA
 from .output import NisCounts
 from .plausibility import Seen, as_dicts, findings
 from .prepare import Known, Settings
-from .summary import plain, reasons, words_for
+from .summary import in_the_plane, own_noise, plain, reasons, words_for
 
 SLIM = ("target", "part", "time", "status", "speed", "acceleration_x", "acceleration_y", "measured_x", "measured_y")
 KNOWN = ("x", "measured_z", "nis")  # columns of which the checks ask whether there is a value
@@ -99,7 +99,8 @@ class Tally:
         notes = list(self.notes.values())
         flat, deep = self.counts["axes 2"], self.counts["axes 3"]
         if flat and measured is not None and measured.position != "polar":
-            notes.append(f"{flat if deep else 'all'} parts have no altitude and are tracked in the plane (2-D)")
+            notes.append(in_the_plane(f"{flat}" if deep else "all", measured, settings.filter))
+        notes += own_noise(settings, measured) if measured is not None else []
         return {
             "files": list(files),
             "rows": self.rows,

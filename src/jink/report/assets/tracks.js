@@ -44,12 +44,13 @@ function colourings(meta, arrays, tracks) {
     const values = arrays[panel.curves[0].value];
     const sorted = values.filter((v) => v === v).sort();
     const low = sorted[Math.floor(0.01 * sorted.length)], high = sorted[Math.ceil(0.99 * sorted.length) - 1];
-    const label = (v) => (system) => {
+    // one row in a hundred lies beyond each end; what is nothing beside the range is rounding
+    const label = (sign, v) => (system) => {
       const [unit, factor] = unitOf(panel.quantity, system);
-      return `${formatNumber(v * factor, 3)} ${unit}`;
+      return `${sign} ${formatNumber(Math.abs(v) < 1e-3 * (high - low) ? 0 : v * factor, 3)} ${unit}`;
     };
     const share = (i) => (high > low ? (values[i] - low) / (high - low) : 0);
-    ways.push({ name: panel.title.toLowerCase(), share, low: label(low), high: label(high) });
+    ways.push({ name: panel.title.toLowerCase(), share, low: label("≤", low), high: label("≥", high) });
   }
   const existence = meta.panels.find((p) => p.key === "existence");
   if (existence) {
