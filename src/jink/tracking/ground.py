@@ -7,16 +7,12 @@ before.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ..catalogue.choose import EARTH_RADIUS
 from ..io.geodesy import SiteFrame
 from .placing import Placed
-
-if TYPE_CHECKING:
-    from .output import State
+from .state import State
 
 SURE = 3.0  # sds below the lowest height
 HEIGHTS = ("altitude", "z")  # components that are heights; an elevation's error grows with the range

@@ -19,8 +19,8 @@ import numpy as np
 
 from ..estimate import Estimate
 from .manoeuvring import Manoeuvres, Moving, Told, probabilities
-from .output import State
 from .placing import Placed
+from .state import State
 
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
 STRETCHES = 16  # of one piece: the lanes of two packs
