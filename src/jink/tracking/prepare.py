@@ -254,7 +254,7 @@ def _group(placed: Placed, pace: Pace, settings: Settings, known: Known | None) 
         covariance = level.covariance
     # the lowest height of some rows is not that of all
     ground = known.grounds.get(placed.axes, math.nan) if known else lowest_ground(placed, level.covariance)
-    return Group(placed, level, purpose, filter, covariance, used, ground)
+    return Group(placed, replace(level, velocity=None), purpose, filter, covariance, used, ground)
 
 
 def _as_measured(placed: Placed, level: NoiseLevel, filter: Any) -> tuple[Placed, NoiseLevel]:
