@@ -22,13 +22,14 @@ SOURCE = Path(__file__).with_name("reference_kernel.cpp")
 OPTIONS = (
     "-std=c++17",
     "-O3",
-    "-march=native",
     "-fno-math-errno",
     "-fno-trapping-math",
     "-Wno-psabi",
     "-shared",
     "-fPIC",
 )
+LEVEL = os.environ.get("JINK_ISA")
+MARCH = f"-march=x86-64-{LEVEL}" if LEVEL in ("v2", "v3", "v4") else "-march=native"  # the instructions that jink uses
 
 
 def job(case: Case) -> Job:
@@ -74,7 +75,7 @@ def library() -> ctypes.CDLL:
         raise RuntimeError("reference kernel: found no C++ compiler (c++ or g++, or one named in CXX)")
     with tempfile.TemporaryDirectory() as folder:
         built = Path(folder) / "reference_kernel.so"
-        command = [compiler, *OPTIONS, str(SOURCE), "-o", str(built)]
+        command = [compiler, MARCH, *OPTIONS, str(SOURCE), "-o", str(built)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             raise RuntimeError(f"reference kernel: {compiler} says {done.stderr.strip()[:300]}")
