@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from jink._engine import native
 from jink.io.errors import InputError
 from jink.tracking.noise_level import parse_sensor_sd
-from jink.tracking.scatter import component_sd, plane_scatter, rough_velocity, third_differences
+from jink.tracking.scatter import component_sd, grouped_quantile, plane_scatter, rough_velocity, third_differences
 
 
 def _flight(count=4000, *, sd=5.0, time_sd=0.0, seed=1, outliers=0.0):
@@ -138,3 +139,29 @@ def test_sensor_sd_in_every_form(given, expected):
 def test_a_senseless_sensor_sd_is_refused(given):
     with pytest.raises(InputError, match="sensor-sd"):
         parse_sensor_sd(given)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.5, 0.9])
+def test_the_quantile_of_a_group_is_the_nearest_of_its_known_values(share):
+    rng = np.random.default_rng(4)
+    value, group = rng.normal(size=(400, 2)), rng.integers(0, 7, 400)
+    value[rng.random((400, 2)) < 0.2] = np.nan
+    found = grouped_quantile(value, group, 8, share, least=3)
+    for number in range(7):
+        mine = value[group == number]
+        wanted = np.quantile(mine[np.isfinite(mine)], share, method="nearest")
+        assert abs(found[number] - wanted) <= np.ptp(mine[np.isfinite(mine)]) / 20  # a tie may go to either side
+        assert found[number] in mine
+    assert np.isnan(found[7])
+
+
+@pytest.mark.parametrize("size", [2, 3, 6])
+@pytest.mark.parametrize("bad", [0, 5, 8, 18])
+def test_the_first_row_whose_noise_is_no_covariance_is_found_wherever_it_stands(size, bad):
+    rng = np.random.default_rng(size)
+    root = rng.normal(size=(19, size, size))
+    noise = root @ root.transpose(0, 2, 1) + 0.1 * np.eye(size)
+    noise = 0.5 * (noise + noise.transpose(0, 2, 1))
+    assert native.first_indefinite(noise) == -1
+    noise[bad:, 0, 1] = noise[bad:, 1, 0] = 1e3
+    assert native.first_indefinite(noise) == bad
