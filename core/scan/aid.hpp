@@ -77,6 +77,9 @@ template <class T> class Anfis {
     }
 };
 
+// An estimate lies within the measurement's noise of it, however much the prediction errs: so many sds at most is the unit of a correction.
+inline constexpr double aid_most = 2.0;
+
 template <class T> class Aid {
   public:
     explicit Aid(const Composition<T> &composition);
@@ -161,7 +164,7 @@ template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, cons
     for (int a = 0; a < axes; ++a) {
         const int p = a * block;
         T u[largest_layer], y[3];
-        const T S = P[packed(p, p)] + fix.P[packed(a, a)], root = square_root(larger<T>(S, splat<T>(1e-300)));
+        const T R = fix.P[packed(a, a)], S = P[packed(p, p)] + R, root = square_root(larger<T>(S, splat<T>(1e-300)));
         if (d.kind == AidInputs::residuals) {
             u[0] = fix.p[a] - after[p], u[1] = before[p] - after[p];
         } else {
@@ -173,10 +176,10 @@ template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, cons
             else
                 for (int k = 0; k < length; ++k) u[k] = mine[k];
         }
-        const T share = answer(u, y);
+        const T share = answer(u, y), most = smaller<T>(root, aid_most * square_root(R));
         for (int k = 0; k < d.outputs && k < block; ++k) {
             const T unit = d.kind == AidInputs::residuals ? splat<T>(1.0)
-                                                          : root * square_root(P[packed(p + k, p + k)] / larger<T>(P[packed(p, p)], splat<T>(1e-300)));
+                                                          : most * square_root(P[packed(p + k, p + k)] / larger<T>(P[packed(p, p)], splat<T>(1e-300)));
             correction[p + k] = select<T>(taken, unit * y[k], splat<T>(0.0));
         }
         for (int k = 0; k < aid_factors && k < block; ++k) correction[n + p + k] = select<T>(taken, one + share * (factor[k] - one), one);

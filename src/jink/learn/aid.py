@@ -13,7 +13,7 @@ from ..checks import Array
 from ..estimate import Status
 from ..filters.kalman import Kalman
 from ..metrics.figure import ratio_influence, spread
-from ..models.corrector import CORRECTS, INPUTS, MOST_SUMS, Corrector, history_of
+from ..models.corrector import CORRECTS, INPUTS, MOST_SD, MOST_SUMS, Corrector, history_of
 from ..models.motion import ConstantAcceleration
 from ..models.sensor import Position
 from .anfis import fit_anfis
@@ -25,7 +25,7 @@ from .mlp import fit_network
 class Seen:
     """What a filter saw and said at every scan, (B, S, axes) each.
 
-    innovation ν = z − x̂(t|t−1) (m) and its variance S; residual z − x̂(t|t); step x̂(t|t−1) − x̂(t|t); the estimate,
+    innovation ν = z − x̂(t|t−1) (m) and its variance S, R of it the measurement's; residual z − x̂(t|t); step x̂(t|t−1) − x̂(t|t); the estimate,
     and the variance of the prediction, by quantity (position, velocity, acceleration); P of the estimate along each
     axis, (B, S, axes, quantities, quantities) in that order; updated where a measurement was used; began where the
     track started, or started again.
@@ -33,6 +33,7 @@ class Seen:
 
     innovation: Array
     S: Array
+    R: Array
     residual: Array
     step: Array
     estimate: dict[str, Array]
@@ -67,6 +68,7 @@ def watch(filter: Any, runs: Runs) -> Seen:
     return Seen(
         innovation=runs.z - x[:, :, 0, p],
         S=variance[..., p] + runs.sd**2,
+        R=np.broadcast_to(runs.sd**2, runs.z.shape),
         residual=runs.z - x[:, :, 1, p],
         step=x[:, :, 0, p] - x[:, :, 1, p],
         estimate={name: x[:, :, 1, where] for name, where in places.items()},
@@ -112,7 +114,8 @@ def unit_of(kind: str, corrects: Sequence[str], seen: Seen) -> Array:
     if kind == "titi-guney":
         return np.ones(shape)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.stack([np.sqrt(seen.S * seen.variance[c] / seen.variance["position"]) for c in corrects], axis=-1)
+        bounded = np.minimum(seen.S, MOST_SD**2 * seen.R)
+        return np.stack([np.sqrt(bounded * seen.variance[c] / seen.variance["position"]) for c in corrects], axis=-1)
 
 
 def correction(corrector: Corrector, seen: Seen) -> dict[str, Array]:

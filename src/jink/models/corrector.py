@@ -15,6 +15,7 @@ from .provenance import Trained
 
 INPUTS = ("titi-guney", "innovations", "sums")
 MOST_SUMS = 7  # of 64 innovations
+MOST_SD = 2.0  # of the measurement: the largest unit of a correction
 CORRECTS = ("position", "velocity", "acceleration")
 
 
@@ -29,8 +30,9 @@ class Corrector:
 
     inputs "titi-guney": u = (z − x̂(t|t), x̂(t|t−1) − x̂(t|t)), positions in m, unit 1 (m, m/s, m/s²);
     inputs "innovations": u = ν/√S of the newest and of the scans before, zero before the track began; unit √(S P_cc /
-    P_pp) of the newest scan for component c (for the position √S), so that it carries over to another sensor. A miss
-    enters no innovation, and is not corrected. inputs "sums": the sums of the newest 1, 2, 4, … of these, over √1, √2,
+    P_pp) of the newest scan for component c (for the position √S), so that it carries over to another sensor. S counts
+    up to 4 R: the estimate stays near its measurement, however much the prediction errs. A miss enters no innovation,
+    and is not corrected. inputs "sums": the sums of the newest 1, 2, 4, … of these, over √1, √2,
     √4, …; the same unit.
 
     c(u) = f · output_scale · model((clip(u, low, high) − centre) / scale), with f = max(0, 1 − e/fade) and e the
