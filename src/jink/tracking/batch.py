@@ -251,13 +251,14 @@ def run(
     else:
         tracked = _run_named(loaded, settings, progress)
     measured = tracked.tracks if settings.every is None else tracked.tracks.filter(pl.col("row").is_not_null())
-    seen = Seen.of(measured, settings.kind)
-    found, hopeless = findings(seen, tracked.summary["noise"], settings.kind, tracked.summary["consistency"])
+    noise = tracked.summary["noise"]
+    seen = Seen.of(measured, settings.kind, noise)
+    found, hopeless = findings(seen, noise, settings.kind, tracked.summary["consistency"])
     if hopeless and settings.check:
         raise InputError(implausible(found, tracked.summary["targets"]))
     if settings.filter is not None and settings.smoothing is None:
         found += foretells_badly(measured)
-        found += strays(measured, settings.filter, tracked.summary["noise"])
+        found += strays(measured, settings.filter, noise)
     tracked.summary["warnings"] = as_dicts(found, tracked.summary["targets"])
     return at_even_times(tracked, settings)
 

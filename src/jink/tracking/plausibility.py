@@ -85,11 +85,10 @@ class Seen:
 
     @classmethod
     @stage("check")
-    def of(cls, tracks: pl.DataFrame, kind: str) -> Seen:
-        """Of a table of tracks."""
-        targets = _by_target(tracks, KINDS[kind]).join(
-            _lasting(tracks, KINDS[kind]), on="target", how="left", maintain_order="left"
-        )
+    def of(cls, tracks: pl.DataFrame, kind: str, noise: Sequence[dict[str, Any]]) -> Seen:
+        """Of a table of tracks; noise: the summary's lines, which say what is worth looking at."""
+        targets = _by_target(tracks, KINDS[kind])
+        targets = targets.join(_lasting(tracks, KINDS[kind], noise), on="target", how="left", maintain_order="left")
         names = targets.filter(_suspect())["target"]
         shared = {name: count for name in names if (count := several_targets(tracks, name, KINDS[kind])) > 1}
         # plots without identity have no NIS
@@ -445,9 +444,7 @@ def _errors(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[
             mend=f"--sensor-sd {sd:.2g} takes them for independent errors",
         )
         return
-    estimated = [line["position_sd"] for line in noise if line.get("position_sd_from") == "estimated"]
-    stamped = any(line.get("time_sd", 0.0) > 0 for line in noise)
-    if not estimated or stamped:
+    if not (estimated := _for_independent(noise)):
         return
     assumed = max(estimated)
     some = targets.filter(pl.col("error_sd") > 2.0 * assumed)
@@ -464,9 +461,21 @@ def _errors(targets: pl.DataFrame, noise: Sequence[dict[str, Any]]) -> Iterator[
     )
 
 
-def _lasting(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
+def _for_independent(noise: Sequence[dict[str, Any]]) -> list[float]:
+    """The sds (m) that were estimated as if errors were independent; where time stamps err, that lasts too."""
+    if any(line.get("time_sd", 0.0) > 0 for line in noise):
+        return []
+    return [line["position_sd"] for line in noise if line.get("position_sd_from") == "estimated"]
+
+
+def _lasting(tracks: pl.DataFrame, kind: Kind, noise: Sequence[dict[str, Any]]) -> pl.DataFrame:
     """Of each target: sd and seconds of errors that last, and the height above the radar that ranges without heights
-    show; null where nothing shows."""
+    show; null where nothing shows, and where the noise leaves no check that asks."""
+    ranges = any("range_sd" in line for line in noise)
+    told = any("lasting_sd" in line or "given" in line.values() for line in noise)
+    if not (ranges or told or _for_independent(noise)):
+        nothing = {name: pl.lit(None, pl.Float64) for name in ("error_sd", "error_seconds", "slant")}
+        return tracks.select(pl.col("target").unique()).with_columns(**nothing)
     rows = tracks.lazy().filter(pl.col("status").is_in(["updated", "initialised"]) & pl.col("measured_x").is_not_null())
     table = rows.select("target", "part", "time", "measured_x", "measured_y").collect()
     of = table.select(pl.struct("target", "part").rle_id().alias("part"))["part"].to_numpy().astype(np.int64)
@@ -479,7 +488,7 @@ def _lasting(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
     told = correlated_errors(seconds, plane, of, starts.size)
     sd, lasting = told.sd, told.seconds
     slant = np.full(starts.size, np.nan)
-    if "measured_z" not in tracks.columns and kind.extent[1] >= 1e3:
+    if ranges and "measured_z" not in tracks.columns and kind.extent[1] >= 1e3:
         ends = np.append(starts[1:], len(seconds))
         slant = np.array(
             [slant_height(seconds[low:high], plane[low:high]) for low, high in zip(starts, ends, strict=True)]

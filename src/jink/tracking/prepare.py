@@ -150,6 +150,11 @@ class Known:
     rates: dict[int, Used]
     grounds: dict[int, float] = field(default_factory=dict)
 
+    @property
+    def noise(self) -> list[dict[str, Any]]:
+        """The lines of the summary on noise."""
+        return [line | {"axes": axes} for axes, level in self.levels.items() for line in level.sources]
+
     @classmethod
     def of(cls, prepared: Prepared, *, some: bool) -> Known:
         """As the prepared rows show it; some: there are others, which may be lower, so that no ground is known."""

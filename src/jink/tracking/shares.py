@@ -81,7 +81,7 @@ class Shares:
             self.tally.add(table)
             yield table
         groups.clear()  # the checks take as much memory again
-        self.tally.close(checked, parts, self.settings.kind)
+        self.tally.close(checked, parts, self.settings.kind, self.known)
 
     def reject(self, frames: Sequence[pl.DataFrame]) -> None:
         """Keep rows that are in no track."""

@@ -50,13 +50,13 @@ class Tally:
         self.status.update(dict(table["status"].cast(pl.String).value_counts().iter_rows()))
         self.nis.add(table)
 
-    def close(self, tables: list[pl.DataFrame], parts: Sequence[tuple[int, int]], kind: str) -> None:
+    def close(self, tables: list[pl.DataFrame], parts: Sequence[tuple[int, int]], kind: str, known: Known) -> None:
         """Count the targets of a share; tables: its tracks, as `slim` leaves them, which are taken; parts: how many of
-        2 and 3 axes, group by group.
+        2 and 3 axes, group by group; known: what holds for all shares.
         """
         whole = pl.concat(tables)
         tables.clear()
-        self.seen.append(Seen.of(whole, kind))
+        self.seen.append(Seen.of(whole, kind, known.noise))
         self.counts["targets"] += whole["target"].n_unique()
         self.ends += [whole["time"].min(), whole["time"].max()]
         for axes, count in parts:
@@ -89,9 +89,8 @@ class Tally:
     def found(self, known: Known, settings: Settings) -> tuple[Sequence[Any], bool, dict[str, Any]]:
         """Findings, whether no track is plausible, and the lines of the summary that they are made from."""
         consistency = self.nis.shares()
-        noise = [line | {"axes": axes} for axes, level in known.levels.items() for line in level.sources]
-        found, hopeless = findings(Seen.together(self.seen), noise, settings.kind, consistency)
-        return found, hopeless, {"noise": noise, "consistency": consistency}
+        found, hopeless = findings(Seen.together(self.seen), known.noise, settings.kind, consistency)
+        return found, hopeless, {"noise": known.noise, "consistency": consistency}
 
     def summary(self, files: Sequence[str], measured: Measurements | None, known: Known, settings: Settings) -> Any:
         """What was done and found; and whether no track is plausible. measured: some rows, which name the columns."""
