@@ -79,9 +79,102 @@ nb::object grouped_quantile(Const values, Indices group, std::int64_t groups, do
     return array_of(std::move(out), {std::size_t(groups)});
 }
 
+using Pairs = nb::ndarray<const double, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
+
+struct Pair {
+    double x, y;
+};
+
+Pair pair(Pairs of, std::int64_t k) { return {of.data()[2 * k], of.data()[2 * k + 1]}; }
+Pair minus(Pair a, Pair b) { return {a.x - b.x, a.y - b.y}; }
+double length(Pair a) { return std::sqrt(a.x * a.x + a.y * a.y); }
+
+// Calls `each(k, first, end)` for the rows of each part, whose first rows are marked.
+template <class Each> void in_parts(Flags is_new, Each each) {
+    const std::int64_t count = is_new.size();
+    for (std::int64_t first = 0, end; first < count; first = end) {
+        for (end = first + 1; end < count && !is_new.data()[end];) ++end;
+        for (std::int64_t k = first; k < end; ++k) each(k, first, end);
+    }
+}
+
+double middle(double a, double b, double c) { return std::max(std::min(a, b), std::min(std::max(a, b), c)); }
+
+// Velocities (N, 2) from steps over `reach` rows: see rough_velocity in scatter.py.
+nb::object rough_velocity(Const time, Pairs plane, Flags is_new, std::int64_t reach) {
+    if (plane.shape(0) != time.size() || is_new.size() != time.size() || reach < 1)
+        throw nb::value_error("rough_velocity: expected as many positions and marks as times");
+    std::vector<double> out(2 * time.size());
+    {
+        nb::gil_scoped_release released;
+        in_parts(is_new, [&](std::int64_t k, std::int64_t first, std::int64_t end) {
+            const auto slope = [&](std::int64_t back, std::int64_t forward) {
+                const std::int64_t a = std::max(k - back, first), b = std::min(k + forward, end - 1);
+                const double elapsed = time.data()[b] - time.data()[a];
+                const Pair moved = minus(pair(plane, b), pair(plane, a));
+                return elapsed > 0.0 ? Pair{moved.x / elapsed, moved.y / elapsed} : Pair{std::nan(""), std::nan("")};
+            };
+            const Pair before = slope(reach, 0), after = slope(0, reach), wide = slope(2 * reach, 2 * reach);
+            const auto of = [&](double Pair::*axis) {
+                const double instead = wide.*axis, one = before.*axis, other = after.*axis;
+                if (std::isnan(instead)) return 0.0;
+                return middle(std::isnan(one) ? instead : one, std::isnan(other) ? instead : other, instead);
+            };
+            out[2 * k] = of(&Pair::x), out[2 * k + 1] = of(&Pair::y);
+        });
+    }
+    return array_of(std::move(out), {time.size(), 2});
+}
+
+// Unit vectors (N, 2) along which the last `reach` positions lead, NaN where their noise hides it, and how uncertain they are (N,), in
+// radians: see _way in reported.py. reach and noise: of each part.
+nb::tuple ways(Pairs plane, Flags is_new, Indices reach, Const noise) {
+    const std::size_t count = plane.shape(0);
+    std::size_t parts = 0;
+    for (std::size_t k = 0; k < is_new.size(); ++k) parts += k == 0 || is_new.data()[k];
+    if (is_new.size() != count || reach.size() != parts || noise.size() != parts)
+        throw nb::value_error("ways: expected a mark for each position, a reach and a noise for each part");
+    std::vector<double> way(2 * count, std::nan("")), angle(count, 0.0);
+    {
+        nb::gil_scoped_release released;
+        std::int64_t part = -1;
+        in_parts(is_new, [&](std::int64_t k, std::int64_t first, std::int64_t) {
+            part += k == first;
+            const std::int64_t before = std::max(k - std::max<std::int64_t>(reach.data()[part], 0), first);
+            const Pair moved = minus(pair(plane, k), pair(plane, before));
+            const double far = length(moved), error = noise.data()[part];
+            if (before == k || !(far > 10.0 * error)) return;
+            const double x = moved.x / far, y = moved.y / far, turned = 1.0 - std::clamp(x * way[2 * before] + y * way[2 * before + 1], 0.0, 1.0);
+            way[2 * k] = x, way[2 * k + 1] = y;
+            // in a turn the way lags behind by half of what it turned since the positions that it begins with
+            angle[k] = error / far * (error / far) + 0.5 * (std::isnan(turned) ? 1.0 : turned);
+        });
+    }
+    return nb::make_tuple(array_of(std::move(way), {count, 2}), array_of(std::move(angle), {count}));
+}
+
+// Of differences (K, 2) their parts across a velocity (m) and along it (s), and the speed, NaN below `least`: (K,) each. index: the row of
+// `velocity` that is that of a difference.
+nb::tuple across_and_along(Pairs difference, Indices index, Pairs velocity, double least) {
+    const std::size_t count = index.size();
+    if (difference.shape(0) != count) throw nb::value_error("across_and_along: expected a row for each difference");
+    std::vector<double> across(count), along(count), speeds(count);
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::int64_t row = index.data()[k];
+        if (row < 0 || row >= std::int64_t(velocity.shape(0))) throw nb::value_error("across_and_along: expected rows of the velocities");
+        const Pair d = pair(difference, k), v = pair(velocity, row);
+        const double found = length(v), speed = found < least ? std::nan("") : found;
+        across[k] = std::abs(d.x * v.y - d.y * v.x) / speed, along[k] = std::abs(d.x * v.x + d.y * v.y) / (speed * speed), speeds[k] = speed;
+    }
+    return nb::make_tuple(array_of(std::move(across), {count}), array_of(std::move(along), {count}), array_of(std::move(speeds), {count}));
+}
+
 }  // namespace
 
 void bind_scatter(nb::module_ &module) {
     module.def("third_differences", third_differences, "time"_a, "values"_a, "new"_a, "longest"_a, "rounding"_a);
     module.def("grouped_quantile", grouped_quantile, "values"_a, "group"_a, "groups"_a, "share"_a, "least"_a);
+    module.def("rough_velocity", rough_velocity, "time"_a, "plane"_a, "new"_a, "reach"_a);
+    module.def("ways", ways, "plane"_a, "new"_a, "reach"_a, "noise"_a);
+    module.def("across_and_along", across_and_along, "difference"_a, "index"_a, "velocity"_a, "least"_a);
 }

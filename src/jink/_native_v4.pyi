@@ -530,6 +530,24 @@ def grouped_quantile(
     share: float,
     least: int,
 ) -> object: ...
+def rough_velocity(
+    time: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    plane: Annotated[NDArray[numpy.float64], dict(shape=(None, 2), order="C", device="cpu", writable=False)],
+    new: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    reach: int,
+) -> object: ...
+def ways(
+    plane: Annotated[NDArray[numpy.float64], dict(shape=(None, 2), order="C", device="cpu", writable=False)],
+    new: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    reach: Annotated[NDArray[numpy.int64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    noise: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+) -> tuple: ...
+def across_and_along(
+    difference: Annotated[NDArray[numpy.float64], dict(shape=(None, 2), order="C", device="cpu", writable=False)],
+    index: Annotated[NDArray[numpy.int64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    velocity: Annotated[NDArray[numpy.float64], dict(shape=(None, 2), order="C", device="cpu", writable=False)],
+    least: float,
+) -> tuple: ...
 
 lanes: int = 8
 

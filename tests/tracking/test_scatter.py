@@ -1,5 +1,7 @@
 """Noise from the data alone: right on known noise, whatever the motion, the steps and the outliers."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -165,3 +167,37 @@ def test_the_first_row_whose_noise_is_no_covariance_is_found_wherever_it_stands(
     assert native.first_indefinite(noise) == -1
     noise[bad:, 0, 1] = noise[bad:, 1, 0] = 1e3
     assert native.first_indefinite(noise) == bad
+
+
+def test_rough_velocities_are_the_middle_of_three_slopes_of_their_own_track():
+    time, plane, new = _flight(300, outliers=0.02)
+    new[[70, 71, 200]] = True
+    time[100] = time[99]  # a repeated time has no slope
+    found = rough_velocity(time, plane, new, seconds=3.0, usual=1.0)
+    begins = [*np.flatnonzero(new), 300]
+    for first, end in itertools.pairwise(begins):
+        for k in range(first, end):
+
+            def slope(back, forward, k=k, first=first, end=end):
+                a, b = max(k - back, first), min(k + forward, end - 1)
+                return (plane[b] - plane[a]) / (time[b] - time[a]) if time[b] > time[a] else np.full(2, np.nan)
+
+            wide = slope(6, 6)
+            wanted = [np.where(np.isnan(each), wide, each) for each in (slope(3, 0), slope(0, 3))]
+            np.testing.assert_allclose(found[k], np.nan_to_num(np.median([*wanted, wide], axis=0)), atol=1e-12)
+
+
+def test_a_way_is_that_of_the_last_positions_and_unknown_where_noise_hides_it():
+    angle = np.radians(np.r_[np.zeros(20), 3.0 * np.arange(20), np.zeros(10)])
+    plane = np.cumsum(100.0 * np.column_stack([np.cos(angle), np.sin(angle)]), axis=0)
+    new = np.isin(np.arange(50), [0, 40])
+    way, doubt = native.ways(plane, new, np.array([3, 1]), np.array([2.0, 20.0]))
+    # the first row of a track has none before it; in the second one a step is less than ten times the noise
+    assert np.isnan(way[[0, *range(40, 50)]]).all()
+    np.testing.assert_allclose(way[3:20], [[1.0, 0.0]] * 17)
+    np.testing.assert_allclose(doubt[6:20], (2.0 / 300.0) ** 2)
+    for k in range(23, 40):
+        moved = plane[k] - plane[k - 3]
+        np.testing.assert_allclose(way[k], moved / np.linalg.norm(moved))
+        turned = (2.0 / np.linalg.norm(moved)) ** 2 + 0.5 * (1.0 - way[k] @ way[k - 3])
+        np.testing.assert_allclose(doubt[k], turned)

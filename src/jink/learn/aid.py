@@ -25,10 +25,10 @@ from .mlp import fit_network
 class Seen:
     """What a filter saw and said at every scan, (B, S, axes) each.
 
-    innovation ν = z − x̂(t|t−1) (m) and its variance S, R of it the measurement's; residual z − x̂(t|t); step x̂(t|t−1) − x̂(t|t); the estimate,
-    and the variance of the prediction, by quantity (position, velocity, acceleration); P of the estimate along each
-    axis, (B, S, axes, quantities, quantities) in that order; updated where a measurement was used; began where the
-    track started, or started again.
+    innovation ν = z − x̂(t|t−1) (m) and its variance S, R of it the measurement's; residual z − x̂(t|t); step
+    x̂(t|t−1) − x̂(t|t); the estimate, and the variance of the prediction, by quantity (position, velocity,
+    acceleration); P of the estimate along each axis, (B, S, axes, quantities, quantities) in that order; updated where
+    a measurement was used; began where the track started, or started again.
     """
 
     innovation: Array

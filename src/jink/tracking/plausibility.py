@@ -141,23 +141,26 @@ def _by_target(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
     wanted = _looked_at(tracks, kind)
     runs = tracks.select(pl.col("target").rle().alias("run")).unnest("run")
     if runs["value"].n_unique() < runs.height:
-        return _grouped(tracks, wanted)
+        return tracks.group_by("target", maintain_order=True).agg(wanted)
     # A group is copied, for all figures at once. A long target needs no copy: its figures are found one by one. Its
     # sums are added in another order than those of a group, so the last digit of its path may differ.
     found, first, end = [], 0, 0
     for length in runs["len"]:
         if length >= LONG:
-            found.append(_grouped(tracks[first:end], wanted))
+            found.append(_in_runs(tracks[first:end], wanted))
             rows = tracks[end : end + length]
             figures = [rows.select(one) for one in (pl.col("target").first(), *wanted)]
             found.append(pl.concat(figures, how="horizontal"))
             first = end + length
         end += length
-    return pl.concat([*found, _grouped(tracks[first:], wanted)])
+    return pl.concat([*found, _in_runs(tracks[first:], wanted)])
 
 
-def _grouped(tracks: pl.DataFrame, wanted: Sequence[pl.Expr]) -> pl.DataFrame:
-    return tracks.group_by("target", maintain_order=True).agg(wanted)
+def _in_runs(tracks: pl.DataFrame, wanted: Sequence[pl.Expr]) -> pl.DataFrame:
+    """Of targets whose rows stand together: groups by rising numbers are told faster than by names."""
+    number = pl.col("target").rle_id().set_sorted().alias("run")
+    grouped = tracks.with_columns(number).group_by("run", maintain_order=True)
+    return grouped.agg(pl.col("target").first(), *wanted).drop("run")
 
 
 def _looked_at(tracks: pl.DataFrame, kind: Kind) -> list[pl.Expr]:

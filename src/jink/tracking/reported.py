@@ -5,11 +5,12 @@ A speed without a course measures the velocity along the way that the last posit
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .._engine import native
 from ..io.geodesy import DevelopedFrame
 from ..io.rates import FASTEST
 from .noise_level import NoiseLevel
@@ -87,16 +88,19 @@ def rates_of(placed: Placed, level: NoiseLevel) -> Rates | None:
     velocity = np.column_stack([east, north, up])
     if not np.isfinite(velocity).any():
         return None
-    report = np.column_stack([speed, course, column("velocity_x"), column("velocity_y"), column("vertical_rate")])
+    others = [column(name) for name in ("velocity_x", "velocity_y", "vertical_rate") if name in rows.columns]
     accuracy = np.column_stack([column("velocity_sd"), column("vertical_rate_sd")])
-    fresh, off = _fresh(report, placed.new), _off(placed, velocity, way, level)
+    fresh, off = _fresh([speed, course, *others], placed.new), _off(placed, velocity, way, level)
     usual = off[fresh & np.isfinite(off)]
     return Rates(velocity, way, slack, fresh, accuracy, off, float(MEDIAN * np.median(usual)) if usual.size else 0.0)
 
 
-def _fresh(report: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """Rows whose report is not that of the row before: receivers fill old ones in."""
-    same = ((report[1:] == report[:-1]) | (np.isnan(report[1:]) & np.isnan(report[:-1]))).all(axis=1)
+def _fresh(report: Sequence[np.ndarray], new: np.ndarray) -> np.ndarray:
+    """Rows whose report is not that of the row before, in no quantity: receivers fill old ones in."""
+    same = np.ones(new.size - 1, bool)
+    for each in report:
+        missing = np.isnan(each)
+        same &= (each[1:] == each[:-1]) | (missing[1:] & missing[:-1])
     return new | np.r_[True, ~same]
 
 
@@ -105,28 +109,20 @@ def _way(placed: Placed, covariance: np.ndarray, speed: np.ndarray) -> tuple[np.
 
     Each part's own noise and steps say how far back the way begins, so that no other target changes it.
     """
-    rows = np.flatnonzero(np.isfinite(placed.plane).all(axis=1))
-    part = (np.cumsum(placed.new) - 1)[rows]
-    plane, parts = placed.plane[rows], int(placed.new.sum())
-    steps = np.hypot(*np.diff(plane, axis=0, prepend=np.nan).T)
+    known = np.isfinite(placed.plane).all(axis=1)
+    # of all rows a view is enough
+    rows = slice(None) if known.all() else known
+    part, plane, parts = np.cumsum(placed.new)[rows] - 1, placed.plane[rows], int(placed.new.sum())
     starts = np.diff(part, prepend=-1) != 0
+    steps = np.hypot(*np.diff(plane, axis=0, prepend=np.nan).T)
     steps[starts] = np.nan
     usual = np.nan_to_num(grouped_quantile(steps, part, parts, 0.5, least=1))
     noise = 1.5 * np.nan_to_num(grouped_quantile(_across(covariance[rows]), part, parts, 0.5, least=1))
-    reach = np.clip(np.ceil(20.0 * noise / np.maximum(usual, 1e-9)), 1, 10).astype(int)
-    reach, noise = reach[part], noise[part]
-    first = np.flatnonzero(starts)[np.cumsum(starts) - 1]
-    before = np.maximum(np.arange(rows.size) - reach, first)
-    moved = plane - plane[before]
-    length = np.hypot(*moved.T)
-    good = (before < np.arange(rows.size)) & (length > 10.0 * noise)
+    reach = np.clip(np.ceil(20.0 * noise / np.maximum(usual, 1e-9)), 1, 10).astype(np.int64)
+    some = part[starts]
+    found, angle = native.ways(np.ascontiguousarray(plane), starts, reach[some], noise[some])
     way, slack = np.full((placed.rows.height, 2), np.nan), np.zeros(placed.rows.height)
-    way[rows[good]] = moved[good] / length[good][:, None]
-    # in a turn the way lags behind by half of what it turned since the positions that it begins with
-    turned = np.full(rows.size, 1.0)
-    turned[good] = 1.0 - np.clip((way[rows[good]] * way[rows[before[good]]]).sum(axis=1), 0.0, 1.0)
-    angle = (noise[good] / length[good]) ** 2 + 0.5 * np.nan_to_num(turned[good], nan=1.0)
-    slack[rows[good]] = 0.5 * np.nan_to_num(speed[rows[good]]) * np.minimum(angle, 1.0)
+    way[rows], slack[rows] = found, 0.5 * np.nan_to_num(speed[rows]) * np.minimum(angle, 1.0)
     return way, slack
 
 

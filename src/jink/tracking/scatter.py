@@ -90,11 +90,8 @@ def plane_scatter(
     have shoulders, not tails.
     """
     difference, index = third_differences(time, plane, new, usual)
-    v, of = velocity[index], group[index]
-    speed = np.hypot(v[:, 0], v[:, 1])
-    speed[speed < MOVING] = np.nan
-    along = np.abs((difference * v).sum(axis=1)) / speed**2
-    across = np.abs(difference[:, 0] * v[:, 1] - difference[:, 1] * v[:, 0]) / speed
+    of = group[index]
+    across, along, speed = native.across_and_along(difference, index, np.ascontiguousarray(velocity), MOVING)
     count = np.bincount(of, minlength=groups)
     moving = np.bincount(of, weights=np.isfinite(speed), minlength=groups) > np.maximum(0.2 * count, LEAST)
     position = MEDIAN * grouped_quantile(across, of, groups, 0.5)
@@ -135,28 +132,5 @@ def rough_velocity(
     if usual is None:
         usual = float(np.median(np.diff(time)[inside])) if inside.any() else seconds
     reach = int(np.clip(np.ceil(seconds / max(usual, 1e-9)), 1, 50))
-    starts = np.flatnonzero(new)
-    lengths = np.diff(np.r_[starts, count])
-    low, high = np.repeat(starts, lengths), np.repeat(starts + lengths - 1, lengths)
-    row = np.arange(count)
-
-    def slope(back: int, forward: int) -> np.ndarray:
-        span = back + forward
-        out = np.full((count, 2), np.nan)
-        # as if all rows were of one track; those near an end of theirs follow
-        if span < count:
-            out[back : count - forward] = _per_second(plane[span:] - plane[:-span], time[span:] - time[:-span])
-        cut = np.flatnonzero((row - back < low) | (row + forward > high))
-        a, b = np.maximum(cut - back, low[cut]), np.minimum(cut + forward, high[cut])
-        out[cut] = _per_second(plane[b] - plane[a], time[b] - time[a])
-        return out
-
-    back, forward, wide = slope(reach, 0), slope(0, reach), slope(2 * reach, 2 * reach)
-    back, forward = np.where(np.isnan(back), wide, back), np.where(np.isnan(forward), wide, forward)
-    middle = np.maximum(np.minimum(back, forward), np.minimum(np.maximum(back, forward), wide))
-    return np.nan_to_num(middle)
-
-
-def _per_second(moved: np.ndarray, elapsed: np.ndarray) -> np.ndarray:
-    """moved (N, 2) over elapsed (N,); NaN where no time passed."""
-    return moved / np.where(elapsed > 0, elapsed, np.nan)[:, None]
+    time, plane = np.ascontiguousarray(time), np.ascontiguousarray(plane)
+    return np.asarray(native.rough_velocity(time, plane, new, reach))

@@ -23,9 +23,13 @@ class State:
             pairs += [("vx", "turn_rate"), ("vy", "turn_rate")]
         elif "ax" in self and "turn_rate" not in self:
             pairs += [("vx", "ax"), ("vx", "ay"), ("vy", "ax"), ("vy", "ay"), ("ax", "ay")]
-        for first, second in pairs:
-            self.covariance(first, second)
-        self.P = np.empty((self.columns.shape[1], 0, 0))
+        places = [(self.index[first], self.index[second]) for first, second in pairs]
+        rows, n = self.columns.shape[1], len(self.index)
+        # all of a row at once: one array after the other would read all rows for each
+        read = np.ascontiguousarray(self.P.reshape(rows, n * n)[:, [i * n + j for i, j in places]].T)
+        for (i, j), values in zip(places, read, strict=True):
+            self.known[i, j] = self.known[j, i] = values
+        self.P = np.empty((rows, 0, 0))
         return self
 
     def __contains__(self, name: str) -> bool:

@@ -77,7 +77,7 @@ def summarise(
         "accepted": tracks.height,
         "rejected": {reason: count for reason, count in reasons(rejected)},
         "targets": tracks["target"].n_unique(),
-        "parts": tracks.select(pl.struct("target", "part").n_unique()).item(),
+        "parts": tracks.select(pl.struct("target", "part").rle().struct.field("value").n_unique()).item(),
         "start": plain(times.min()),
         "end": plain(times.max()),
         "columns": loaded.measurements.named,
