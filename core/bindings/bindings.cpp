@@ -33,6 +33,7 @@ NB_MODULE(JINK_MODULE, module) {
     bind_gradient(module);
     bind_checks(module);
     bind_scatter(module);
+    bind_manoeuvres(module);
     module.attr("lanes") = lanes;
 
     nb::class_<Engine> engine(module, "Engine");

@@ -13,7 +13,7 @@ from scipy.stats import ncx2
 import jink
 from jink.catalogue.targets import KINDS
 from jink.io.errors import InputError
-from jink.tracking.manoeuvring import GRAVITY, Segments, exceeds
+from jink.tracking.manoeuvring import GRAVITY, Manoeuvres, Moving, Segments, between
 
 TURN = slice(150, 210)  # s
 CLIMB = slice(300, 330)
@@ -38,7 +38,49 @@ def test_the_probability_beyond_a_threshold_is_that_of_noncentral_chi_square(dim
     rng = np.random.default_rng(0)
     mean, variance = rng.uniform(0, 2, 2000), 10.0 ** rng.uniform(-4, 1, 2000)
     wanted = ncx2.sf(0.5**2 / variance, dimensions, mean**2 / variance)
-    assert np.nanmax(np.abs(exceeds(mean, variance, 0.5, dimensions) - wanted)) < error
+    # a velocity of this size and variance a second after one of zero, in modes that manoeuvre
+    velocity = np.zeros((dimensions, 4000))
+    velocity[-1, 2000:] = mean
+    moving = Moving(
+        time=np.repeat([0.0, 1.0], 2000),
+        new=np.ones(4000, bool),
+        mode=np.ones(4000),
+        velocity=(velocity,),
+        variance=(np.r_[np.zeros(2000), variance],),
+        acceleration=(None,),
+        spread=(None,),
+    )
+    rows = np.arange(2000)
+    (found,) = between(moving, Manoeuvres((0.5, 0.5), 4.0), rows, rows + 2000)
+    assert np.abs(found - wanted).max() < error
+
+
+@pytest.mark.parametrize("components", [1, 2])
+def test_velocity_and_acceleration_are_weighed_as_the_textbook_says(components):
+    """Against the formulas, row by row, missing values among them."""
+    rng, count = np.random.default_rng(components), 37
+    time, mode = np.cumsum(rng.uniform(0.0, 3.0, count)), rng.uniform(0, 1, count)
+    velocity, acceleration = rng.normal(0, 3, (2, components, count))
+    variance, spread = 10.0 ** rng.uniform(-2, 1, (2, count))
+    mode[5] = velocity[0, 9] = acceleration[0, 20] = np.nan
+    first = np.maximum(np.arange(count) - rng.integers(0, 3, count), 0)
+    moving = Moving(time, np.ones(count, bool), mode, (velocity,), (variance,), (acceleration,), (spread,))
+    (found,) = between(moving, Manoeuvres((0.7, 0.7), 4.0, (0.2, 0.2)), first, np.arange(count))
+    for k in range(count):
+        elapsed = time[k] - time[first[k]]
+        T, still = (elapsed, False) if elapsed >= 1e-3 else (4.0, True)
+        change = (velocity[:, k] - velocity[:, first[k]]) / T
+        doubt = 1e12 if still else (variance[k] + variance[first[k]]) / T**2
+        straight = np.sqrt(max(change @ change - components * doubt, 0.0)) / (1.0 + doubt / 0.7**2)
+        own = acceleration[:, k] / mode[k]
+        wide = max((spread[k] + np.mean(acceleration[:, k] ** 2)) / mode[k] - np.mean(own**2), 1e-9)
+        mean = own + wide / (wide + doubt) * (change - own)
+        tails = [
+            ncx2.sf(0.7**2 / v, components, m**2 / v)
+            for m, v in ((straight, 0.2 / T), (np.linalg.norm(mean), min(wide, doubt)))
+        ]
+        wanted = (1.0 - mode[k]) * tails[0] + mode[k] * tails[1]
+        assert np.isnan(found[k]) if np.isnan(wanted) else abs(found[k] - wanted) < 0.02
 
 
 def test_a_turn_manoeuvres_in_the_plane_and_a_climb_in_the_vertical():

@@ -13,16 +13,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._engine import native
 from ..catalogue.targets import kind_of
 from ..estimate import Status
 from ..models.non_manoeuvring import straight_noise
 
 GRAVITY = 9.80665  # m/s²
 ON, OFF = 0.6, 0.4  # manoeuvre probability at which a new segment begins and ends
-UNSURE = 1e12  # (m/s²)²: the variance of an acceleration of which nothing is known
 SLACK = 1e-6  # s: of times that are taken for equal
-BLOCK = 4_000  # rows at once: few enough for the processor's cache
-SHORT = 1e-3  # s: over less than that a velocity does not change
 
 
 @dataclass(frozen=True)
@@ -124,54 +122,15 @@ def probabilities(moving: Moving, what: Manoeuvres) -> list[np.ndarray]:
 
 
 def between(moving: Moving, what: Manoeuvres, first: np.ndarray, last: np.ndarray) -> list[np.ndarray]:
-    """The same with the numbers (N,) of the rows that each row's window begins and ends at."""
-    out = [np.empty(first.size) for _ in moving.velocity]
-    for begin in range(0, first.size, BLOCK):
-        rows = slice(begin, min(begin + BLOCK, first.size))
-        # windows that end at their own row need no search for it
-        own = last[rows.start] == rows.start and (np.diff(last[rows]) == 1).all()
-        end = rows if own else last[rows]
-        elapsed = moving.time[end] - moving.time[first[rows]]
-        for k, found in enumerate(out):
-            found[rows] = _of_direction(moving, what, k, rows, first[rows], end, elapsed)
-    return out
-
-
-def _of_direction(
-    moving: Moving, what: Manoeuvres, k: int, rows: slice, first: np.ndarray, last: Any, elapsed: np.ndarray
-) -> np.ndarray:
-    """T⁻¹ (v(last) - v(first)) against the threshold, in straight modes and in the others."""
-    T, mode = np.where(elapsed < SHORT, what.window, elapsed), moving.mode[rows]
-    velocity, before, after = moving.velocity[k], moving.variance[k][first], moving.variance[k][last]
-    change = (velocity[:, last] - velocity[:, first]) / T
-    unsure = np.where(elapsed < SHORT, UNSURE, np.minimum((before + after) / T**2, UNSURE))
-    noise = what.straight[k] * T
-    # the square of a change that errors of the velocity made is their variance: it is taken off in the mean, so that
-    # what is left counts the less, the larger it is beside the threshold
-    r = what.threshold[k]
-    square = (change**2).sum(axis=0)
-    straight = np.sqrt(np.maximum(square - unsure * velocity.shape[0], 0.0)) / (1.0 + unsure / r**2)
-    mean, variance = change, unsure
-    acceleration, spread = moving.acceleration[k], moving.spread[k]
-    if acceleration is not None and spread is not None:
-        mean, variance = _in_manoeuvres(acceleration[:, rows], spread[rows], mode, change, unsure)
-    size, dimensions = np.sqrt((mean**2).sum(axis=0)), velocity.shape[0]
-    quiet = exceeds(straight, noise / T**2, r, dimensions)
-    return (1.0 - mode) * quiet + mode * exceeds(size, variance, r, dimensions)
-
-
-def _in_manoeuvres(
-    acceleration: np.ndarray, spread: np.ndarray, mode: np.ndarray, change: np.ndarray, unsure: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and variance of a component in the modes that manoeuvre. In the straight ones the acceleration is zero, so
-    theirs are those of the mixture without it; the change of the velocity is weighed by its variance.
+    """The same with the numbers (M,) of the rows that each row's window begins and ends at: a = (v(last) - v(first)) / T
+    against the threshold, in straight modes and in the others.
     """
-    share = np.maximum(mode, 1e-6)
-    own = acceleration / share
-    square = (acceleration**2).mean(axis=0)
-    variance = np.clip((spread + square) / share - (own**2).mean(axis=0), 1e-9, UNSURE)
-    weight = variance / (variance + unsure)
-    return own + weight * (change - own), np.minimum(variance, unsure)
+    out = []
+    for k, velocity in enumerate(moving.velocity):
+        shown = velocity, moving.variance[k], moving.acceleration[k], moving.spread[k]
+        limits = what.window, what.straight[k], what.threshold[k]
+        out.append(np.asarray(native.manoeuvring(moving.time, first, last, moving.mode, *shown, *limits)))
+    return out
 
 
 def _window(moving: Moving, what: Manoeuvres) -> tuple[np.ndarray, np.ndarray]:
@@ -195,32 +154,6 @@ def _window(moving: Moving, what: Manoeuvres) -> tuple[np.ndarray, np.ndarray]:
         return first, rows
     last = np.searchsorted(key, key + reach, side="right") - 1
     return first, np.clip(last, np.minimum(rows + 1, high), high)
-
-
-def exceeds(mean: np.ndarray, variance: np.ndarray, threshold: float, dimensions: int) -> np.ndarray:
-    """P(|a| > threshold) (N,) of a normal vector of one or two components, each of this variance, whose mean has this
-    size.
-
-    Of two components |a|²/variance is noncentral χ², and a power of it is nearly normal (to .02). Source: Sankaran,
-    Biometrika 50, 1963.
-    """
-    variance = np.maximum(variance, 1e-6 * threshold**2)
-    if dimensions == 1:
-        sd = np.sqrt(variance)
-        return _beyond((threshold - mean) / sd) + _beyond((threshold + mean) / sd)
-    away, x = mean**2 / variance, threshold**2 / variance
-    one, two, three = 2.0 + away, 2.0 + 2.0 * away, 2.0 + 3.0 * away
-    h = 1.0 - 2.0 / 3.0 * one * three / two**2
-    p = two / one**2
-    m = (h - 1.0) * (1.0 - 3.0 * h)
-    centre = 1.0 + h * p * (h - 1.0 - 0.5 * (2.0 - h) * m * p)
-    return _beyond(((x / one) ** h - centre) / (h * np.sqrt(2.0 * p) * (1.0 + 0.5 * m * p)))
-
-
-def _beyond(z: np.ndarray) -> np.ndarray:
-    """P(n > z) of a standard normal n, by a logistic function: to 2e-4."""
-    z = np.clip(z, -8.0, 8.0)
-    return 1.0 / (1.0 + np.exp(z * (1.5976 + 0.07056 * z * z)))
 
 
 @dataclass
