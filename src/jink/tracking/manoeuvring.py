@@ -122,8 +122,8 @@ def probabilities(moving: Moving, what: Manoeuvres) -> list[np.ndarray]:
 
 
 def between(moving: Moving, what: Manoeuvres, first: np.ndarray, last: np.ndarray) -> list[np.ndarray]:
-    """The same with the numbers (M,) of the rows that each row's window begins and ends at: a = (v(last) - v(first)) / T
-    against the threshold, in straight modes and in the others.
+    """With the numbers (M,) of the rows that each row's window begins and ends at: a = (v(last) − v(first)) / T
+    is held against the threshold, in straight modes and in the others.
     """
     out = []
     for k, velocity in enumerate(moving.velocity):
