@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -21,13 +22,13 @@ from ..io.pieces import pieced, row_count, same_kind
 from ..io.spill import SAMPLE, Source, Spill, check_alike
 from .batch import implausible, nothing_left
 from .prepare import EVIDENCE, Known, Settings, drawn, prepare
-from .shares import Shares, learned_schema
+from .shares import Ready, Shares, learned_schema
 
 PER_ROW = 800  # bytes of memory that a row takes from its reading to its track
 FIXED = 450_000_000  # bytes that the packages, a piece of the input and the tables on their way take
 PIECE = 500_000  # rows that are read at once
 FEWEST = 100_000  # rows of a share: smaller ones save nothing
-MORE = 1.2  # times as much a row of a share takes: its memory is not always given back before that of the next
+MORE = 2.0  # times as much a row of a share takes: the next one is made ready beside it
 
 Progress = Callable[[str, int, int], None]
 
@@ -115,15 +116,29 @@ class Large:
             prepared = prepare(replace(self.sample), self.settings)
             self.shares.known = Known.of(prepared, some=some)
             self.shares.schema = learned_schema(prepared, self.settings, self.sample.absolute)
-        for number, measurements in enumerate(self.spill.shares(shares)):
-            if self.sample is not None:
-                kinds = same_kind(self.sample.notes), same_kind(measurements.notes)
-                check_alike(self.sample, measurements, kinds)
-            yield from self.shares.tables(measurements)
+        for number, share in enumerate(self._ahead(map(self._ready, self.spill.shares(shares)))):
+            yield from self.shares.tracks(share)
             self.progress("smoothing" if self.settings.smoothing is not None else "filtering", number + 1, shares)
         tally = self.shares.tally
         if not tally.counts["accepted"]:
             raise InputError(nothing_left(self.spill.rows, tally.refused.most_common()))
+
+    def _ready(self, measurements: Measurements) -> Ready:
+        if self.sample is not None:
+            kinds = same_kind(self.sample.notes), same_kind(measurements.notes)
+            check_alike(self.sample, measurements, kinds)
+        return self.shares.ready(measurements)
+
+    def _ahead(self, shares: Iterator[Ready]) -> Iterator[Ready]:
+        """The same; each is made ready while the one before it is tracked, unless one thread is all that is allowed."""
+        if self.settings.threads == 1:
+            yield from shares
+            return
+        with ThreadPoolExecutor(1) as worker:
+            waiting = worker.submit(next, shares, None)
+            while (share := waiting.result()) is not None:
+                waiting = worker.submit(next, shares, None)
+                yield share
 
     def _keep(self, rejected: pl.DataFrame) -> None:
         rejected.write_ipc(self.spill.folder / f"rejected-{self.lost}.arrow")

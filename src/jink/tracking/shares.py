@@ -43,6 +43,14 @@ def learned_schema(prepared: Prepared, settings: Settings, absolute: bool) -> di
     return schema
 
 
+@dataclass(frozen=True)
+class Ready:
+    """The groups of one share, cleaned, placed and with their filters; absolute: their times are dates."""
+
+    groups: list[Group]
+    absolute: bool
+
+
 @dataclass
 class Shares:
     """Tracks of one share after the other; `tally` says what was done.
@@ -60,22 +68,28 @@ class Shares:
 
     def tables(self, measurements: Measurements) -> Iterator[pl.DataFrame]:
         """The tracks of a share, with the same columns in every table. Errors: InputError."""
-        absolute = measurements.absolute
+        yield from self.tracks(self.ready(measurements))
+
+    def ready(self, measurements: Measurements) -> Ready:
+        """A share before its tracks: its rows are taken. Errors: InputError."""
         self.tally.note(measurements.notes)
         prepared = prepare(measurements, self.settings, self.known)
         self.reject([*measurements.rejected, *prepared.cleaned.rejected])
         self.tally.cleaning.update({k: v for k, v in prepared.cleaned.counts.items() if k in CLEANED})
-        if not prepared.groups:
-            return
-        if self.known is None:
+        if self.known is None and prepared.groups:
             self.known = Known.of(prepared, some=True)
-        prepared.cleaned.rows = prepared.cleaned.rows.clear()
         groups = [replace(g, placed=replace(g.placed, rows=_needed(g.placed.rows))) for g in prepared.groups]
-        parts = [(group.placed.axes, int(group.placed.new.sum())) for group in groups]
         measurements.rows = measurements.rows.clear()
-        del prepared
+        return Ready(groups, measurements.absolute)
+
+    def tracks(self, share: Ready) -> Iterator[pl.DataFrame]:
+        """The tracks of a share that is ready; its rows are let go."""
+        groups = share.groups
+        if not groups or self.known is None:
+            return
+        parts = [(group.placed.axes, int(group.placed.new.sum())) for group in groups]
         checked: list[pl.DataFrame] = []
-        for table in self._in_order(groups, absolute):
+        for table in self._in_order(groups, share.absolute):
             table = self._aligned(table)
             checked.append(slim(table))
             self.tally.add(table)
