@@ -81,7 +81,7 @@ def count(tally: Tally, runs: np.ndarray, error: Array, probability: Array | Non
     if probability is not None:
         for name, (total, number) in noticed(probability, true.level).items():
             tally.add(runs, name, total, number)
-        says = probability > HALF
+        says = probability >= HALF
         for name, those in (("detection", true.pulls), ("false_alarm", ~true.pulls)):
             those = those & np.isfinite(probability)
             tally.add(runs, name, (says & those).sum(axis=1).astype(float), those.sum(axis=1).astype(float))
