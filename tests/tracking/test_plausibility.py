@@ -140,6 +140,17 @@ def test_a_clock_that_lost_its_minutes():
     assert "exactly 1800 s" in codes(data, kind="vessel")["coarse_step"]["what"]
 
 
+def test_stamps_that_several_positions_share():
+    coarse = straight(step=1.0).with_columns(time=(pl.col("time") / 5.0).floor() * 5.0)
+    assert "80% of the rows have the time of another row" in codes(coarse)["shared_times"]["message"]
+    cleaning = jink.track(coarse, details=True).summary["cleaning"]
+    assert cleaning["duplicate_times"] == cleaning["shared_times"] == 96
+    # the same position again, as of a second receiver, is no fault of the clock
+    again = straight(step=1.0)
+    assert codes(pl.concat([again, again])) == {}
+    assert jink.track(pl.concat([again, again]), details=True).summary["cleaning"]["shared_times"] == 0
+
+
 def test_noise_set_too_small_and_too_large():
     small = codes(straight(), sensor_sd=1.0)
     assert {"inconsistent", "rejected"} & small.keys()

@@ -253,7 +253,8 @@ def run(
     measured = tracked.tracks if settings.every is None else tracked.tracks.filter(pl.col("row").is_not_null())
     noise = tracked.summary["noise"]
     seen = Seen.of(measured, settings.kind, noise)
-    found, hopeless = findings(seen, noise, settings.kind, tracked.summary["consistency"])
+    shared = tracked.summary["cleaning"].get("shared_times", 0) / tracked.summary["rows"]
+    found, hopeless = findings(seen, noise, settings.kind, tracked.summary["consistency"], shared)
     if hopeless and settings.check:
         raise InputError(implausible(found, tracked.summary["targets"]))
     if settings.filter is not None and settings.smoothing is None:

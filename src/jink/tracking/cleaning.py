@@ -61,7 +61,7 @@ def clean(rows: pl.DataFrame, position: str, how: Cleaning) -> Cleaned:
     state, gap = Cleaned(rows), how.gap if how.gap > 0 else np.inf
     _order(state, how.sort)
     state.rows = state.rows.with_columns(measured=measured_rows(state.rows, position))
-    state.counts["duplicate_times"] = _duplicates(state, position) if how.drop_duplicates else 0
+    state.counts |= _duplicates(state, position) if how.drop_duplicates else {"duplicate_times": 0}
     state.counts["stale_positions"] = _stale(state, position, gap) if how.drop_stale else 0
     _parts(state, gap)
     if how.fastest > 0:
@@ -119,25 +119,23 @@ def measured_rows(rows: pl.DataFrame, position: str) -> pl.Series:
     return some.alias("measured")
 
 
-def _duplicates(state: Cleaned, position: str) -> int:
-    """Second reports of one instant, unless of another sensor that measured something else."""
+def _duplicates(state: Cleaned, position: str) -> dict[str, int]:
+    """Second reports of one instant, unless of another sensor that measured something else; how many are of another
+    place than all others of that instant.
+    """
     rows = state.rows
     if not (~changes(rows["target"], rows["time"])).any():
-        return 0
+        return {"duplicate_times": 0}
     names = [name for name in DIMENSIONS[position] if name in rows.columns]
     ranked = rows.with_row_index("place").sort("target", "time", pl.col("measured").not_(), "place")
-    first = ranked.select(
-        pl.struct("target", "time").is_first_distinct()
-        | (
-            pl.col("measured")
-            & pl.struct("target", "time", "source").is_first_distinct()
-            & pl.struct("target", "time", *names).is_first_distinct()
-        )
-    ).to_series()
+    elsewhere = pl.col("measured") & pl.struct("target", "time", *names).is_first_distinct()
+    first = pl.struct("target", "time").is_first_distinct()
+    kept = first | (elsewhere & pl.struct("target", "time", "source").is_first_distinct())
+    told = ranked.select("place", bad=~kept, elsewhere=elsewhere & ~kept)
     bad = np.zeros(rows.height, bool)
-    bad[ranked["place"].to_numpy()] = ~first.to_numpy()
+    bad[told["place"].to_numpy()] = told["bad"].to_numpy()
     state.drop(bad, "time occurs twice")
-    return int(bad.sum())
+    return {"duplicate_times": int(bad.sum()), "shared_times": int(told["elsewhere"].sum())}
 
 
 def _stale(state: Cleaned, position: str, gap: float) -> int:

@@ -38,6 +38,7 @@ GIVEN_ANYHOW = 8.0  # it is so many times their scatter
 NIS_MEAN = (0.05, 5.0)  # per dimension
 NIS_ROWS = 100
 CORRELATED = 0.5  # share of the targets whose errors are correlated
+SHARED = 0.2  # of the rows, whose times are not their own
 COARSE = 1800.0  # s: an even step of at least this is a clock of half hours or hours
 OLDEST = datetime(1990, 1, 1, tzinfo=UTC)
 NAMED = 5  # targets that a finding names
@@ -110,8 +111,13 @@ class Seen:
 
 
 @stage("check")
-def findings(seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency: dict[str, float]) -> Any:
-    """All findings of a run, and whether nothing plausible is left: every target is fatally wrong."""
+def findings(
+    seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency: dict[str, float], shared: float = 0.0
+) -> Any:
+    """All findings of a run, and whether nothing plausible is left: every target is fatally wrong.
+
+    shared: of the rows, the share that was dropped since its target was elsewhere at that time.
+    """
     targets = seen.targets
     found = [
         *_motion(targets, kind),
@@ -120,6 +126,7 @@ def findings(seen: Seen, noise: Sequence[dict[str, Any]], kind: str, consistency
         *_noise(noise, targets),
         *_given(noise, targets, consistency),
         *_times(seen),
+        *_shared_times(targets, shared),
         *_consistency(seen, noise, consistency),
         *_errors(targets, noise),
         *_slant(targets, noise),
@@ -410,6 +417,19 @@ def _times(seen: Seen) -> Iterator[Finding]:
             **_named(targets),
             likely="time stamps that lost their minutes or seconds, or positions that were sampled before",
             mend="--time-format or --columns time=NAME reads them; a track between such rows is a guess",
+        )
+
+
+def _shared_times(targets: pl.DataFrame, shared: float) -> Iterator[Finding]:
+    """Time stamps that several positions of a target share: the first of each is kept."""
+    if shared > SHARED:
+        yield Finding(
+            "shared_times",
+            f"{100 * shared:.0f}% of the rows have the time of another row of their target, at another place; of each "
+            "time the first is kept",
+            **_named(targets),
+            likely="time stamps that lost their seconds or fractions, or several targets under one name",
+            mend="--columns time=NAME or target=NAME names the column that tells them apart",
         )
 
 

@@ -89,7 +89,8 @@ class Tally:
     def found(self, known: Known, settings: Settings) -> tuple[Sequence[Any], bool, dict[str, Any]]:
         """Findings, whether no track is plausible, and the lines of the summary that they are made from."""
         consistency = self.nis.shares()
-        found, hopeless = findings(Seen.together(self.seen), known.noise, settings.kind, consistency)
+        shared = self.cleaning["shared_times"] / max(self.rows, 1)
+        found, hopeless = findings(Seen.together(self.seen), known.noise, settings.kind, consistency, shared)
         return found, hopeless, {"noise": known.noise, "consistency": consistency}
 
     def summary(self, files: Sequence[str], measured: Measurements | None, known: Known, settings: Settings) -> Any:
