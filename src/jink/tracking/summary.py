@@ -18,7 +18,7 @@ CLEANED = {
     "unsorted": "rows sorted by time",
     "out_of_order": "rows rejected because time runs backwards",
     "duplicate_times": "rows rejected because their time occurs twice",
-    "shared_times": "of these, rows at another place: time stamps are coarser than the reports",
+    "shared_times": "rows whose time stamp another row at another place has: of each time the first is kept",
     "stale_positions": "stale (repeated) positions taken as missing",
     "missing_positions": "rows without a position, predicted",
     "without_position": "rows rejected because no position is near in time",
