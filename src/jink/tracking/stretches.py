@@ -3,7 +3,7 @@
 A filter forgets where it began. So a stretch of a long part is run from some rows before it, as a track of its own
 beside the others of its piece; to be smoothed, it goes on to some rows after it. At every seam the two stretches that
 meet must have the same estimate, to `SAME` of its standard deviation. Where they have not, the overlap grows. A filter
-that remembers more than `MOST` rows goes through the part row by row, and carries its state from piece to piece.
+that remembers more than `MOST` rows goes through the part once, and carries its state from piece to piece.
 """
 
 from __future__ import annotations
@@ -161,12 +161,16 @@ class Carried:
     """A live filter that goes through a part; row: the next one."""
 
     def __init__(self, filter: Any, row: int):
-        self.live, self.row = filter.start(1), row
+        self.live, self.row = filter.start(1, outputs=OUTPUTS), row
+        self.own = getattr(filter, "declaration", None) is None  # models that run in Python
 
     def run(self, of: Stretched, rows: slice) -> Estimate:
         """The estimates of the rows from `row` on."""
-        found = [self._next(of, row) for row in range(rows.start, rows.stop)]
         self.row = rows.stop
+        if not self.own:
+            noise = None if of.covariance is None else of.covariance[rows]
+            return self.live.follow(of.time[rows], of.z[rows], covariance=noise)
+        found = [self._next(of, row) for row in range(rows.start, rows.stop)]
         return replace(
             found[0], results={name: np.concatenate([each.results[name] for each in found]) for name in OUTPUTS}
         )
