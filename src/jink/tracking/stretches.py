@@ -20,6 +20,7 @@ import numpy as np
 from ..estimate import Estimate
 from .manoeuvring import Manoeuvres, Moving, Told, probabilities
 from .placing import Placed
+from .repeated import Repeated
 from .state import State
 
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
@@ -73,7 +74,8 @@ class Run:
         """A piece of `placed`."""
         rows, part = piece.rows, piece.part
         new = placed.new[rows] if part is None else np.arange(rows.start, rows.stop) == part.start
-        moving, state = Moving.of(estimate, placed.time[rows], new), State(estimate).let_go()
+        state = State(estimate).let_go()
+        moving = Moving.of(estimate, placed.time[rows], new, [state.covariance(name, name) for name in state.index])
         kept = {name: value for name, value in estimate.results.items() if name != "P"}
         return cls(piece, replace(estimate, results=kept, source=None), state, moving)
 
@@ -85,7 +87,7 @@ class Stretched:
         self,
         filter: Any,
         placed: Placed,
-        covariance: np.ndarray | None,
+        covariance: np.ndarray | Repeated | None,
         smoothing: Mapping[str, Any] | None,
         threads: int | None,
     ):
