@@ -181,14 +181,10 @@ class LiveMany : public Live<Pack> {
     using Live<Pack>::Live;
 
     // Writes x, P, mode probability, log-likelihood, NIS, its degrees of freedom, time and status of every target.
-    void update_all(Const t, Const z, nb::object sensor, nb::object noise, nb::object input, nb::list results, bool predict_only) {
-        BatchOutput out;
-        double *pointers[7] = {};
+    void update_all(const Const t, const Const z, nb::object sensor, nb::object noise, nb::object input, nb::list results, bool predict_only) {
         if (t.size() != 1 && t.size() != std::size_t(targets())) throw wrong("t: expected one time or one for each target");
         for (std::size_t k = 0; k < t.size(); ++k) check_time(t.data()[k]);
-        for (int k = 0; k < 7; ++k)
-            if (!results[k].is_none()) pointers[k] = nb::cast<Doubles>(results[k], false).data();
-        unsigned char *status = nb::cast<nb::ndarray<unsigned char, nb::c_contig>>(results[7], false).data();
+        const To to(results);
         Rows rows{t.data(), t.size() == 1, z.data()};
         nb::ndarray<const std::int32_t, nb::c_contig> which;
         Const R, u;
@@ -198,13 +194,52 @@ class LiveMany : public Live<Pack> {
         nb::gil_scoped_release released;
         const std::lock_guard lock(busy);
         Combine<Pack> combine(*c);
-        Snapshot<Pack> s;
-        for (int p = 0; p < packs(); ++p) {
-            if (predict_only) Live<Pack>::predict(p, rows.time, rows.one_time, s);
-            else Live<Pack>::update(p, rows, pointers[4] ? with_nis : plain, s);
-            write_results(*c, s, combine, p * lanes, std::min(lanes, targets() - p * lanes), pointers, status);
+        scan(rows, 0, predict_only, combine, to);
+    }
+
+    // Scan after scan: t one time for each, z and noise those of all targets, scan by scan, and so are the results.
+    void follow(const Const t, const Const z, nb::object noise, nb::list results) {
+        const int columns = c->declared.columns(), scans = int(t.size());
+        if (z.size() != std::size_t(scans) * targets() * columns) throw wrong("z: expected one row for each scan and target");
+        for (int k = 0; k < scans; ++k) check_time(t.data()[k]);
+        const To to(results);
+        Const R;
+        if (!noise.is_none()) R = nb::cast<Const>(noise);
+        const bool full = !noise.is_none() && R.ndim() == 3;
+        nb::gil_scoped_release released;
+        const std::lock_guard lock(busy);
+        Combine<Pack> combine(*c);
+        for (int k = 0; k < scans; ++k) {
+            const std::size_t first = std::size_t(k) * targets();
+            Rows rows{t.data() + k, true, z.data() + first * columns};
+            if (!noise.is_none()) rows.noise = R.data() + first * (full ? columns * columns : columns), rows.full_noise = full;
+            scan(rows, int(first), false, combine, to);
         }
     }
+
+  private:
+    // Where results go; null where not wanted.
+    struct To {
+        double *numbers[7] = {};
+        unsigned char *status;
+
+        explicit To(const nb::list &results) {
+            for (int k = 0; k < 7; ++k)
+                if (!results[k].is_none()) numbers[k] = nb::cast<Doubles>(results[k], false).data();
+            status = nb::cast<nb::ndarray<unsigned char, nb::c_contig>>(results[7], false).data();
+        }
+    };
+
+    // One scan of all targets; `first` is the row of the first target's results.
+    void scan(const Rows &rows, int first, bool predict_only, Combine<Pack> &combine, const To &to) {
+        for (int p = 0; p < packs(); ++p) {
+            if (predict_only) Live<Pack>::predict(p, rows.time, rows.one_time, left);
+            else Live<Pack>::update(p, rows, to.numbers[4] ? with_nis : plain, left);
+            write_results(*c, left, combine, first + p * lanes, std::min(lanes, targets() - p * lanes), to.numbers, to.status);
+        }
+    }
+
+    Snapshot<Pack> left;  // by the scan of a pack
 };
 
 template <class L> nb::bytes save_state(const L &live) {
@@ -323,6 +358,7 @@ void bind_live(nb::module_ &module, nb::class_<Engine> &engine) {
 
     nb::class_<LiveMany>(module, "LiveMany")
         .def("update", &LiveMany::update_all, "t"_a, "z"_a, "sensor"_a.none(), "noise"_a.none(), "input"_a.none(), "results"_a, "predict_only"_a)
+        .def("follow", &LiveMany::follow, "t"_a, "z"_a, "noise"_a.none(), "results"_a)
         .def("begin", begin_at<LiveMany>, "target"_a, "x"_a, "P"_a, "time"_a)
         .def("reset", reset_at<LiveMany>, "target"_a)
         .def("time", time_at<LiveMany>)

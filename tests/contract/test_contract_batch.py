@@ -156,6 +156,33 @@ def test_live_batch_is_many_live_targets(name):
                 assert np.isnan(now.x[i]).all()
 
 
+@claims("live")
+def test_live_targets_that_follow_many_scans_are_those_updated_scan_by_scan(name):
+    """n targets, in two calls, with a noise of each row; and one target has the bits of a batch."""
+    n, N = 11, 30
+    rng = np.random.default_rng(7)
+    t = np.cumsum(rng.uniform(0.5, 3.0, N))
+    z = np.stack([flight(t, 2, rng)[0] + rng.normal(0, 25.0, (N, 2)) for _ in range(n)], axis=1)
+    z[rng.random((N, n)) < 0.2] = np.nan
+    noise = rng.uniform(300.0, 900.0, (N, n, 2))
+    f = build(name)
+    updated, followed, one = f.start(n), f.start(n), f.start(1)
+    scans = [updated.update(t[k], z[k], covariance=noise[k]) for k in range(N)]
+    parts = [
+        followed.follow(t[c], z[c].reshape(-1, 2), covariance=noise[c].reshape(-1, 2))
+        for c in np.split(np.arange(N), [9])
+    ]
+    alone, batch = one.follow(t, z[:, 3], covariance=noise[:, 3]), f.filter(t, z[:, 3], covariance=noise[:, 3])
+    for result in ("x", "P", "mode_probability", "nis", "status"):
+        wanted = np.concatenate([scan.results[result] for scan in scans])
+        assert_array_equal(np.concatenate([part.results[result] for part in parts]), wanted)
+        assert_array_equal(alone.results[result], batch.results[result])
+    with pytest.raises(ValueError, match="t: lies before"):
+        followed.follow(t[:1], z[0])
+    with pytest.raises(ValueError, match="z: expected 22 rows, one per scan and target, got 11"):
+        followed.follow(t[-1] + [1.0, 2.0], z[0])
+
+
 @claims("smooth")
 @pytest.mark.parametrize("lag", [1, 3])
 def test_fixed_lag_is_the_smoother_of_what_was_seen(name, lag):

@@ -208,6 +208,7 @@ def methods(folder: Path) -> dict[str, Call]:
         "one.begin": (lambda x, P, time: one.begin(x, P, time), first | {"time": 0.0}),
         "one.restore": (lambda state: one.restore(state), {"state": one.save()}),
         "many.update": (many.update, {"t": 1.0, "z": Z[:3]}),
+        "many.follow": (KALMAN.start(3).follow, {"t": [1.0, 2.0], "z": Z[:6]}),
         "many.predict": (many.predict, {"t": 1e9}),
         "many.begin": (many.begin, first | {"target": 1, "time": 0.0}),
         "many.reset": (many.reset, {"target": 1}),

@@ -9,6 +9,7 @@ import polars as pl
 import pytest
 
 import jink
+from jink.filters.axis_by_axis import AxisByAxis
 from jink.io.loading import Reading, load_frame
 from jink.tracking import batch, stretches
 from jink.tracking.prepare import Settings, prepare
@@ -84,13 +85,25 @@ def test_a_smoother_that_remembers_too_long_runs_over_the_whole_part(monkeypatch
 def test_a_filter_that_remembers_too_long_carries_its_state(monkeypatch, filter):
     """Every row is run once, whatever the number of pieces."""
     too_short(monkeypatch)
-    rows, once = [], stretches.Carried._next
-    monkeypatch.setattr(stretches.Carried, "_next", lambda self, of, row: rows.append(row) or once(self, of, row))
+    rows, once = [], stretches.Carried.run
+    monkeypatch.setattr(stretches.Carried, "run", lambda self, of, some: rows.append(some) or once(self, of, some))
     found, whole, _, count = both(filter, 2_000)
-    assert count == 5 and rows == list(range(ROWS))
-    sd = np.sqrt(np.einsum("nii->ni", whole.P))
-    assert np.nanmax(np.abs(found["x"] - whole.x) / sd) < 1e-12
-    np.testing.assert_array_equal(found["status"], whole.status)
+    assert count == 5 and np.concatenate([np.arange(ROWS)[some] for some in rows]).tolist() == list(range(ROWS))
+    for name in OUTPUTS:
+        np.testing.assert_array_equal(found[name], whole.results[name])
+
+
+def test_a_filter_of_ones_own_carries_its_state_row_by_row(monkeypatch):
+    too_short(monkeypatch)
+    one = group("imm", sensor_sd={"position": 20.0})
+    sensor = jink.Position(sd=20.0, axes=1)
+    along = jink.IMM([jink.ConstantVelocity(acceleration_psd=q) for q in (0.1, 30.0)], sensor=sensor, transition=0.95)
+    filter, covariance = AxisByAxis(along, 2), np.full((ROWS, 2), 400.0)
+    run = Stretched(filter, one.placed, covariance, None, 1)
+    found = [run.run(piece) for piece in pieces(one.placed.offsets, 2_000)]
+    whole = filter.filter(one.placed.time, one.placed.z, covariance=covariance, outputs=OUTPUTS)
+    for name in ("x", "P", "status"):
+        np.testing.assert_array_equal(np.concatenate([each.results[name] for each in found]), whole.results[name])
 
 
 def test_a_state_is_carried_from_a_piece_in_the_middle(monkeypatch):

@@ -101,7 +101,10 @@ def gather(store: Store, kind: Kind, where: Sequence[Place], between: tuple[str,
     frames = list(_slices(store, kind, where, between))
     if not frames:
         return pl.DataFrame(schema=kind.columns)
-    return pl.concat(frames, rechunk=True)
+    # column by column, so that no column is there twice but one
+    return pl.DataFrame(
+        [pl.concat([frame.drop_in_place(name) for frame in frames], rechunk=True) for name in kind.columns]
+    )
 
 
 def shares(store: Store, where: Sequence[Place], most: int) -> list[tuple[str, str] | None]:
@@ -154,7 +157,10 @@ def _slices(
 
 def _shaped(frame: pl.DataFrame, same: dict[str, Any], columns: dict[str, Any]) -> pl.DataFrame:
     """With what was the same in all rows, and all columns of the archive in their order and type."""
-    known = {**{name: pl.lit(value, pl.String) for name, value in same.items()}}
+    known = {name: pl.lit(value, pl.String) for name, value in same.items()}
+    own = frame.schema
+    if all(kind == (pl.String if name in same else own.get(name)) for name, kind in columns.items()):
+        return frame.select(known[name].alias(name) if name in same else pl.col(name) for name in columns)
     absent = {name: pl.lit(None, kind) for name, kind in columns.items() if name not in frame.columns}
     frame = frame.with_columns(**(absent | known))
     mixed = [name for name in columns if name.startswith(MARK) and frame.schema[name] != columns[name]]

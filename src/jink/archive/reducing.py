@@ -54,6 +54,9 @@ def reduce_bucket(job: Job, settled: Settled, bucket: int, where: Sequence[Place
 def _tables(job: Job, settled: Settled, where: Sequence[Place], shares: Shares) -> Iterator[pl.DataFrame]:
     """The tracks of a bucket by target; of a large one, only some targets are in memory at a time."""
     for between in shares_of(job.store, where, job.piece):
+        if between is not None:
+            # a large bucket needs the room of what was kept of those before
+            memory.give_back()
         for some in whole_targets(gather(job.store, settled.kind, where, between), PART):
             shares.tally.rows += some.height
             if some.height > PART:
@@ -68,7 +71,8 @@ def _tables(job: Job, settled: Settled, where: Sequence[Place], shares: Shares) 
 def whole_targets(rows: pl.DataFrame, most: int) -> Iterator[pl.DataFrame]:
     """Parts of at most so many rows, or of one target, by the targets' names; rows of a target keep their order."""
     codes = codes_of(rows["target"])
-    rows = rows[np.argsort(short(codes), kind="stable")]
+    if (codes[1:] < codes[:-1]).any():
+        rows = rows[np.argsort(short(codes), kind="stable")]
     sizes = np.bincount(codes)
     sizes = sizes[sizes > 0]
     starts = np.r_[0, np.cumsum(sizes)]

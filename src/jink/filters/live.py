@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from ..checks import Array, items, numbers, real
 from ..estimate import Estimate
 from ..times import seconds
+from . import memory
 from .rows import array_of, indices, measurements, row_noise, sensor_index
 
 OUTPUTS = ("x", "P", "mode_probability", "log_likelihood", "nis", "nis_dof", "time", "status")
@@ -170,6 +171,25 @@ class LiveBatch:
         known = None if input is None else array_of("input", input, (self.n, self._axes))
         return self._call(times, rows, which, noise, known, predict_only=False)
 
+    def follow(self, t: ArrayLike, z: ArrayLike, *, covariance: ArrayLike | None = None) -> Estimate:
+        """Scan after scan, each as an :meth:`update` of all targets: t (K,); z (K n, m), covariance and the estimate
+        scan by scan. For jink's own models.
+        """
+        times, rows = np.ascontiguousarray(np.asarray(seconds(t), dtype=float)), measurements(z, self._columns)
+        if times.ndim != 1 or not times.size or not np.isfinite(times).all():
+            raise ValueError("t: expected finite times, one for each scan")
+        if len(rows) != times.size * self.n:
+            raise ValueError(f"z: expected {times.size * self.n} rows, one per scan and target, got {len(rows)}")
+        if np.isinf(rows).any():
+            raise ValueError("z: has infinite values; a missing component is NaN or None")
+        if np.any(times[0] < self._last) or np.any(np.diff(times) < 0):
+            raise ValueError("t: lies before the last update; updates must come in order of time")
+        noise = row_noise(covariance, len(rows), self._columns)
+        self._last = np.full(self.n, times[-1])
+        results, status = self._results(times.size)
+        self._live.follow(times, rows, noise, [*(results.get(name) for name in OUTPUTS[:-1]), status])
+        return self._estimate({**results, "status": status})
+
     def predict(self, t: ArrayLike) -> Estimate:
         """Where the targets will be at time t, one for all or (n,); the live state is not touched."""
         empty = np.empty((0, self._columns))
@@ -208,11 +228,16 @@ class LiveBatch:
         return times
 
     def _call(self, times: Any, rows: Any, which: Any, noise: Any, known: Any, *, predict_only: bool) -> Estimate:
-        results: dict[str, Any] = {name: np.empty(shape) for name, shape in self._shapes.items()}
-        status = np.empty(self.n, dtype=np.uint8)
+        results, status = self._results(1)
         slots = [*(results.get(name) for name in OUTPUTS[:-1]), status]
         self._live.update(times, rows, which, noise, known, slots, predict_only)
         return self._estimate({**results, "status": status})
+
+    def _results(self, scans: int) -> tuple[dict[str, Any], np.ndarray]:
+        """Arrays for the results of so many scans, and for their status."""
+        empty = np.empty if scans == 1 else memory.empty
+        shapes = {name: (scans * shape[0], *shape[1:]) for name, shape in self._shapes.items()}
+        return {name: empty(shape) for name, shape in shapes.items()}, np.empty(scans * self.n, dtype=np.uint8)
 
 
 def started(filter: Any, lag: int, state: bytes) -> Any:

@@ -329,10 +329,11 @@ def tables_of(group: Group, settings: Settings, absolute: bool) -> Iterator[pl.D
         raise InputError(f"smooth: {name} cannot be smoothed: {why}")
     placed, covariance, even = group.placed, group.covariance, None
     if settings.every is not None:
+        assert group.repeated is None
         grid = resampled(placed, covariance, settings.every)
         placed, covariance, even = grid.placed, grid.covariance, grid.even
     placed = with_doubt(placed, kind_of(settings.kind).climbs, settings.smooth, settings.lag)
-    stretched = Stretched(group.filter, placed, covariance, settings.smoothing, settings.threads)
+    stretched = Stretched(group.filter, placed, group.repeated or covariance, settings.smoothing, settings.threads)
     what = Manoeuvres.of(group.filter, settings.kind, settings.manoeuvre_g, centred=settings.smooth)
     going_on = ManoeuvresGoOn(what)
 

@@ -68,15 +68,19 @@ class Moving:
     spread: tuple[np.ndarray | None, ...]
 
     @classmethod
-    def of(cls, estimate: Any, time: np.ndarray, new: np.ndarray) -> Moving:
-        """From an estimate with x, P, mode_probability and status; a restart is a new beginning."""
+    def of(
+        cls, estimate: Any, time: np.ndarray, new: np.ndarray, variances: Sequence[np.ndarray] | None = None
+    ) -> Moving:
+        """From an estimate with x, P, mode_probability and status; a restart is a new beginning. variances: of the
+        components, (N,) each, where they were taken out of P before.
+        """
         status = np.asarray(estimate.status)
         begins = new | (status == Status.restarted) | (status == Status.initialised)
-        x, diagonal = estimate.x.T, np.einsum("nii->in", estimate.P)
+        x, diagonal = estimate.x.T, np.einsum("nii->in", estimate.P) if variances is None else variances
         names = {name: k for k, name in enumerate(estimate.components)}
         directions = [("x", "y"), ("z",)] if "vz" in names else [("x", "y")]
 
-        def each(letter: str, values: np.ndarray) -> list[np.ndarray | None]:
+        def each(letter: str, values: Any) -> list[np.ndarray | None]:
             some = [[names[letter + a] for a in axes if letter + a in names] for axes in directions]
             # side by side in memory, since each is read often
             return [np.stack([values[i] for i in k]) if k else None for k in some]

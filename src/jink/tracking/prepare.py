@@ -28,6 +28,7 @@ from .held_out import Used
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
+from .repeated import Repeated
 from .seen_by_radar import with_lines_of_sight
 from .several_sites import to_the_map
 from .unknown_height import TargetHeight, height_of, on_the_ground
@@ -116,8 +117,8 @@ class Pace(NamedTuple):
 class Group:
     """Parts with the same number of axes: their rows, noise, the purpose a filter is made for, and the filter.
 
-    covariance of each row's measurement; None where the filter's sensor says it. rates: what reported velocities are
-    used, and why. ground (m): no height is below it; NaN: it is not known.
+    covariance of each row's measurement; None where the filter's sensor says it, or `repeated` does. rates: what
+    reported velocities are used, and why. ground (m): no height is below it; NaN: it is not known.
     """
 
     placed: Placed
@@ -127,6 +128,7 @@ class Group:
     covariance: np.ndarray | None
     rates: Used = field(default_factory=Used)
     ground: float = math.nan
+    repeated: Repeated | None = None
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,18 @@ from typing import Any
 
 import polars as pl
 
+from ..filters import memory
 from ..io.errors import InputError
 from ..io.kept import MARK
 from ..io.measurements import Measurements
 from .batch import tables_of
 from .prepare import Group, Known, Prepared, Settings, prepare
+from .repeated import Repeated
 from .stretches import pieces
 from .summary import CLEANED
 from .tally import Tally, complete, slim
 
+BUSY = 500_000  # rows of tracks whose checks need the room of what is kept for the next ones
 NEEDED = (
     "file",
     "row",
@@ -78,7 +81,8 @@ class Shares:
         self.tally.cleaning.update({k: v for k, v in prepared.cleaned.counts.items() if k in CLEANED})
         if self.known is None and prepared.groups:
             self.known = Known.of(prepared, some=True)
-        groups = [replace(g, placed=replace(g.placed, rows=_needed(g.placed.rows))) for g in prepared.groups]
+        prepared.cleaned.rows = prepared.cleaned.rows.clear()
+        groups = [_lean(group) for group in prepared.groups]
         measurements.rows = measurements.rows.clear()
         return Ready(groups, measurements.absolute)
 
@@ -95,6 +99,8 @@ class Shares:
             self.tally.add(table)
             yield table
         groups.clear()  # the checks take as much memory again
+        if sum(table.height for table in checked) > BUSY:
+            memory.give_back()
         self.tally.close(checked, parts, self.settings.kind, self.known)
 
     def reject(self, frames: Sequence[pl.DataFrame]) -> None:
@@ -121,6 +127,15 @@ class Shares:
             raise InputError(f"the column {new[0]!r} is in some tracks alone; {self.remedy}")
         missing = [pl.lit(None, kind).alias(name) for name, kind in self.schema.items() if name not in table.columns]
         return table.with_columns(missing).select(list(self.schema))
+
+
+def _lean(group: Group) -> Group:
+    """Without what tables do not take over."""
+    placed = replace(group.placed, rows=_needed(group.placed.rows))
+    level = replace(group.level, covariance=group.level.covariance[:1].copy())
+    repeated = Repeated.of(group.covariance)
+    covariance = None if repeated else group.covariance
+    return replace(group, placed=placed, level=level, covariance=covariance, repeated=repeated)
 
 
 def _needed(rows: pl.DataFrame) -> pl.DataFrame:

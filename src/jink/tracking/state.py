@@ -6,13 +6,16 @@ from typing import Any
 
 import numpy as np
 
+BLOCK = 2048  # rows
+
 
 class State:
     """Named access to an estimate's components and covariances, (N,) each; both may be changed one by one."""
 
     def __init__(self, estimate: Any):
-        # a copy by component: each is read several times, and far apart rows cost more than their numbers
-        self.columns, self.P = np.array(estimate.x.T, order="C"), estimate.P
+        # a copy of each component: each is read several times, and far apart rows cost more than their numbers. By
+        # itself, so that a table that keeps one does not hold all.
+        self.columns, self.P = [column.copy() for column in estimate.x.T], estimate.P
         self.known: dict[tuple[int, int], np.ndarray] = {}
         self.index = {name: i for i, name in enumerate(estimate.components)}
 
@@ -24,12 +27,16 @@ class State:
         elif "ax" in self and "turn_rate" not in self:
             pairs += [("vx", "ax"), ("vx", "ay"), ("vy", "ax"), ("vy", "ay"), ("ax", "ay")]
         places = [(self.index[first], self.index[second]) for first, second in pairs]
-        rows, n = self.columns.shape[1], len(self.index)
-        # all of a row at once: one array after the other would read all rows for each
-        read = np.ascontiguousarray(self.P.reshape(rows, n * n)[:, [i * n + j for i, j in places]].T)
-        for (i, j), values in zip(places, read, strict=True):
-            self.known[i, j] = self.known[j, i] = values
-        self.P = np.empty((rows, 0, 0))
+        rows, n = self.P.reshape(len(self.P), -1), len(self.index)
+        found = np.empty((len(places), len(rows)))
+        flat = np.array([i * n + j for i, j in places])
+        # block by block: each matrix is read once, and what is taken of it is turned within the cache
+        for first in range(0, len(rows), BLOCK):
+            some = slice(first, first + BLOCK)
+            found[:, some] = rows[some].take(flat, axis=1).T
+        for (i, j), covariance in zip(places, found, strict=True):
+            self.known[i, j] = self.known[j, i] = covariance
+        self.P = np.empty((self.columns[0].size, 0, 0))
         return self
 
     def __contains__(self, name: str) -> bool:
@@ -57,7 +64,7 @@ class State:
     def sd_of(self, gradient: dict[str, np.ndarray]) -> np.ndarray:
         """Standard deviation of a function of the state, from its gradient by component (N,)."""
         names = list(gradient)
-        variance = np.zeros(self.columns.shape[1])
+        variance = np.zeros(self.columns[0].size)
         for a, first in enumerate(names):
             for second in names[a:]:
                 term = gradient[first] * gradient[second] * self.covariance(first, second)

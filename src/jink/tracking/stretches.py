@@ -3,7 +3,7 @@
 A filter forgets where it began. So a stretch of a long part is run from some rows before it, as a track of its own
 beside the others of its piece; to be smoothed, it goes on to some rows after it. At every seam the two stretches that
 meet must have the same estimate, to `SAME` of its standard deviation. Where they have not, the overlap grows. A filter
-that remembers more than `MOST` rows goes through the part row by row, and carries its state from piece to piece.
+that remembers more than `MOST` rows goes through the part once, and carries its state from piece to piece.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import numpy as np
 from ..estimate import Estimate
 from .manoeuvring import Manoeuvres, Moving, Told, probabilities
 from .placing import Placed
+from .repeated import Repeated
 from .state import State
 
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
@@ -73,7 +74,8 @@ class Run:
         """A piece of `placed`."""
         rows, part = piece.rows, piece.part
         new = placed.new[rows] if part is None else np.arange(rows.start, rows.stop) == part.start
-        moving, state = Moving.of(estimate, placed.time[rows], new), State(estimate).let_go()
+        state = State(estimate).let_go()
+        moving = Moving.of(estimate, placed.time[rows], new, [state.covariance(name, name) for name in state.index])
         kept = {name: value for name, value in estimate.results.items() if name != "P"}
         return cls(piece, replace(estimate, results=kept, source=None), state, moving)
 
@@ -85,7 +87,7 @@ class Stretched:
         self,
         filter: Any,
         placed: Placed,
-        covariance: np.ndarray | None,
+        covariance: np.ndarray | Repeated | None,
         smoothing: Mapping[str, Any] | None,
         threads: int | None,
     ):
@@ -161,12 +163,16 @@ class Carried:
     """A live filter that goes through a part; row: the next one."""
 
     def __init__(self, filter: Any, row: int):
-        self.live, self.row = filter.start(1), row
+        self.live, self.row = filter.start(1, outputs=OUTPUTS), row
+        self.own = getattr(filter, "declaration", None) is None  # models that run in Python
 
     def run(self, of: Stretched, rows: slice) -> Estimate:
         """The estimates of the rows from `row` on."""
-        found = [self._next(of, row) for row in range(rows.start, rows.stop)]
         self.row = rows.stop
+        if not self.own:
+            noise = None if of.covariance is None else of.covariance[rows]
+            return self.live.follow(of.time[rows], of.z[rows], covariance=noise)
+        found = [self._next(of, row) for row in range(rows.start, rows.stop)]
         return replace(
             found[0], results={name: np.concatenate([each.results[name] for each in found]) for name in OUTPUTS}
         )
