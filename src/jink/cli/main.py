@@ -6,6 +6,7 @@ imported at all.
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -25,6 +26,7 @@ from .request import FLAG, Command, command_of
 
 # each is a file of this folder with a function run_NAME
 COMMANDS = ("track", "simulate", "compare", "report", "reproduce", "fit", "learn")
+GARBAGE = 20_000  # new objects after which Python looks for garbage
 
 
 class Commands(PlainValues, TyperGroup):
@@ -79,4 +81,8 @@ def main() -> Any:
     if len(given) < len(sys.argv) - 1:
         os.environ["JINK_DEBUG"] = "1"
     called = [word for word in given[:1] if word in COMMANDS]
-    sys.exit(guarded(lambda: app_of(*called)(args=given, prog_name="jink")))
+    # What is imported never becomes garbage, so it is looked through less often, and at the end not at all.
+    gc.set_threshold(GARBAGE)
+    status = guarded(lambda: app_of(*called)(args=given, prog_name="jink"))
+    gc.freeze()
+    sys.exit(status)
