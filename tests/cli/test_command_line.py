@@ -12,7 +12,9 @@ from typing import get_type_hints
 import pytest
 from typer.testing import CliRunner
 
-from jink.cli.main import COMMANDS, app
+from jink.cli import track
+from jink.cli.main import COMMANDS, app_of, run_of
+from jink.cli.plain_values import PlainValues
 from jink.cli.request import REGISTRIES, completed_from, names_of
 from jink.cli.simulate import SimulateRequest
 from jink.models.provenance import VERSION
@@ -29,7 +31,7 @@ def jink(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str
 
 
 def requests():
-    return {name: next(k for n, k in get_type_hints(run).items() if n != "return") for name, run in COMMANDS.items()}
+    return {name: next(k for n, k in get_type_hints(run_of(name)).items() if n != "return") for name in COMMANDS}
 
 
 def test_python_m_jink_is_jink():
@@ -77,7 +79,7 @@ def test_help_lists_what_a_registry_holds(monkeypatch):
     from jink.catalogue import targets
 
     monkeypatch.setitem(targets.KINDS, "balloon", targets.KINDS["drone"])
-    shown = CliRunner(env={"COLUMNS": "200"}).invoke(app, ["track", "--help"]).stdout
+    shown = CliRunner(env={"COLUMNS": "200"}).invoke(app_of(), ["track", "--help"]).stdout
     assert all(kind in shown for kind in targets.KINDS) and "balloon" in shown
 
 
@@ -100,7 +102,7 @@ def test_an_unknown_kind_is_answered_with_the_nearest(command, tmp_path):
         "fit": [str(path)],
         "learn": ["nn-kf", str(path)],
     }
-    done = CliRunner().invoke(app, [command, *asked[command], "--kind", "vesel"])
+    done = CliRunner().invoke(app_of(), [command, *asked[command], "--kind", "vesel"])
     assert done.exit_code == 2 and "did you mean vessel" in done.stderr
 
 
@@ -108,6 +110,43 @@ def test_sensor_options_are_those_of_a_scenario():
     request = SimulateRequest(name="lee-2003", output="o.csv", sensor="radar-4s", detection=0.9)
     assert request.sensor_options == {"sensor": "radar-4s", "detection": 0.9}
     assert request.seeing.sensor == "radar-4s" and request.seeing.interval is None
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        ["a.csv"],
+        ["a.csv", "b.csv", "-o", "o.parquet", "--keep", "a,b", "--keep", "c", "--azimuth-from", "grid", "-s"],
+        ["-", "--gap", "4", "--min-points", "7", "--time-unit", "ms", "--kind", "vessel"],
+    ],
+)
+def test_plain_values_are_those_that_typer_makes(given, monkeypatch):
+    requests = []
+
+    def kept(request: track.TrackRequest) -> int:
+        requests.append(request)
+        return 0
+
+    monkeypatch.setattr(track, "run_track", kept)
+    assert CliRunner().invoke(app_of("track"), ["track", *given]).exit_code == 0
+    monkeypatch.setattr(PlainValues, "parse_args", lambda self, *given: super(PlainValues, self).parse_args(*given))
+    assert CliRunner().invoke(app_of("track"), ["track", *given]).exit_code == 0
+    one, other = requests
+    assert one == other and list(map(type, vars(one).values())) == list(map(type, vars(other).values()))
+
+
+def test_a_command_imports_itself_alone(tmp_path):
+    code = (
+        "import sys\nfrom jink.cli.main import main\ntry:\n    main()\nexcept SystemExit:\n"
+        "    print(*(m for m in sys.modules if m.startswith(('jink.cli.', 'pydantic'))))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, "track", "no.csv", "-q", "-o", f"{tmp_path}/o.csv"], capture_output=True, text=True
+    )
+    assert "no such file: no.csv" in done.stderr
+    modules = done.stdout.split()
+    assert "jink.cli.track" in modules
+    assert not [m for m in modules if m.removeprefix("jink.cli.") in {*COMMANDS} - {"track"} or "pydantic" in m]
 
 
 def test_help_needs_little_more_than_numpy():

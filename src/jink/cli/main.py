@@ -1,49 +1,36 @@
 """The command line: it puts the commands together.
 
-`jink --help` must be instant. So a command imports what it needs when it runs, not when this file is imported.
+`jink --help` must be instant. So a command imports what it needs when it runs, and only the command that is called is
+imported at all.
 """
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
+from collections.abc import Callable
+from importlib import import_module
 from typing import Annotated, Any
 
 try:
     import typer
+    from typer.core import TyperGroup
 except ImportError:
     sys.exit('jink: the command line needs more packages: pip install "jink[track]"')
 
-from .compare import run_compare
 from .exit_status import DEBUG, guarded
-from .fit import run_fit
-from .learn import run_learn
-from .report import run_report
-from .reproduce import run_reproduce
+from .plain_values import PlainValues
 from .request import FLAG, Command, command_of
-from .simulate import run_simulate
-from .track import run_track
 
-COMMANDS = {
-    "track": run_track,
-    "simulate": run_simulate,
-    "compare": run_compare,
-    "report": run_report,
-    "reproduce": run_reproduce,
-    "fit": run_fit,
-    "learn": run_learn,
-}
+# each is a file of this folder with a function run_NAME
+COMMANDS = ("track", "simulate", "compare", "report", "reproduce", "fit", "learn")
+GARBAGE = 20_000  # new objects after which Python looks for garbage
 
-app = typer.Typer(
-    help="Track targets that manoeuvre: from noisy positions to velocity, acceleration, turn rate and the "
-    "probability of a manoeuvre.",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-for name, run in COMMANDS.items():
-    app.command(name, cls=Command)(command_of(run))
+
+class Commands(PlainValues, TyperGroup):
+    """All commands."""
 
 
 def _version(wanted: bool) -> None:
@@ -54,7 +41,6 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def root(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.", **FLAG)
@@ -66,6 +52,27 @@ def root(
     """Take the options that stand before a command."""
 
 
+def run_of(name: str) -> Callable[[Any], int]:
+    """What a command runs: a function of its request."""
+    return getattr(import_module(f".{name}", __package__), f"run_{name}")
+
+
+def app_of(*names: str) -> typer.Typer:
+    """The command line with some commands, or with all."""
+    app = typer.Typer(
+        cls=Commands,
+        help="Track targets that manoeuvre: from noisy positions to velocity, acceleration, turn rate and the "
+        "probability of a manoeuvre.",
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    for name in names or COMMANDS:
+        app.command(name, cls=Command)(command_of(run_of(name)))
+    app.callback()(root)
+    return app
+
+
 def main() -> Any:
     """Run the command line and exit; `python -m jink` calls itself jink as well."""
     # A command that is told to stop takes its temporary files away, as it does on Ctrl-C.
@@ -73,4 +80,9 @@ def main() -> Any:
     given = [word for word in sys.argv[1:] if word != DEBUG]
     if len(given) < len(sys.argv) - 1:
         os.environ["JINK_DEBUG"] = "1"
-    sys.exit(guarded(lambda: app(args=given, prog_name="jink")))
+    called = [word for word in given[:1] if word in COMMANDS]
+    # What is imported never becomes garbage, so it is looked through less often, and at the end not at all.
+    gc.set_threshold(GARBAGE)
+    status = guarded(lambda: app_of(*called)(args=given, prog_name="jink"))
+    gc.freeze()
+    sys.exit(status)

@@ -19,6 +19,7 @@ from typer.core import TyperArgument, TyperCommand, TyperOption
 
 from ..io.errors import InputError
 from ..io.printable import printable, printable_json
+from .plain_values import PlainValues
 
 if TYPE_CHECKING:
     from ..scenarios.observation import Seeing
@@ -60,7 +61,7 @@ def completed_from(*registries: str, also: Sequence[str] = ()) -> Callable[[str]
     return completions
 
 
-class Command(TyperCommand):
+class Command(PlainValues, TyperCommand):
     """A command whose help names what a registry holds, wherever its text says `{registry}`."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
