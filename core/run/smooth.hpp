@@ -43,8 +43,9 @@ template <class T> class Smooth {
     // Of a pair of modes: which of mode j's components enter, and where it passes.
     struct Route {
         int entering[most_entering], count = 0, passage = 0;
-        bool first = true, alike = true;                  // the first pair of its passage; both modes have the same components
-        std::vector<std::pair<int, int>> states, squares;  // where what both have stands in mode j and in mode i
+        bool first = true, alike = true;   // the first pair of its passage; both modes have the same components
+        bool constant = true;              // what enters has the same covariance in every scan:
+        T prior[packed_size(most_entering)];  // its root
     };
     const Composition<T> &c;
     Propagate<T> forward;
@@ -63,6 +64,7 @@ template <class T> class Smooth {
     const T *coefficient(const Record<T> &after, int j) const {
         return after.coefficients.empty() ? forward.coefficient(j) : &after.coefficients[j * largest_coefficients];
     }
+    int shared() const { return 2 * c.declared.axes(); }  // components that modes of all kinds have
     const T *factor(int i) const { return &factors[i * packed_size(L)]; }
 
     // What the scan after measured, as seen by each mode; messages become empty where the track begins with that scan.
@@ -136,25 +138,32 @@ template <class T> class Smooth {
         }
         to.s = to.root->s, to.rest = to.root->rest;
         if (route.count) enter(to, route, kernel, n, start + n);
-        kernel.gram(to.B, to.J);
+        kernel.gram[route.alike](to.B, to.J);
         std::copy_n(start, n, to.start);
         kernel.listen(ahead, &after.arena[mode.place], route.count, to);
     }
 
     // What mode i does not have enters with its prior covariance: noise V V' of the start, in B along B V.
     void enter(Passage<T> &to, const Route &route, const SmoothKernels<T> &kernel, int n, const T *P) {
-        T V[packed_size(most_entering)], root[packed_size(most_entering)];
-        for (int r = 0; r < route.count; ++r)
-            for (int k = 0; k <= r; ++k) V[packed(r, k)] = P[packed(route.entering[r], route.entering[k])];
-        cholesky<T>(route.count, V, root);
+        T own[packed_size(most_entering)];
+        if (!route.constant) root_of_entering(route, P, own);
+        const T *root = route.constant ? route.prior : own;
         for (int k = 0; k < route.count; ++k) {
             T *v = &to.v[k * L];
             for (int r = 0; r < n; ++r) {
-                v[r] = splat<T>(0.0);
-                for (int l = k; l < route.count; ++l) v[r] = v[r] + to.B[r * n + route.entering[l]] * root[packed(l, k)];
+                v[r] = to.B[r * n + route.entering[k]] * root[packed(k, k)];
+                for (int l = k + 1; l < route.count; ++l) v[r] = v[r] + to.B[r * n + route.entering[l]] * root[packed(l, k)];
             }
-            to.s = to.s - 0.5 * kernel.enter(v, to.B, to.scale[k]);
+            const Scaled<T> less = scaled<T>(kernel.enter(v, k + 1, to.B, to.scale[k]));
+            to.s = to.s + less.log, to.rest = to.rest * less.rest;
         }
+    }
+
+    static void root_of_entering(const Route &route, const T *P, T *root) {
+        T V[packed_size(most_entering)];
+        for (int r = 0; r < route.count; ++r)
+            for (int k = 0; k <= r; ++k) V[packed(r, k)] = P[packed(route.entering[r], route.entering[k])];
+        cholesky<T>(route.count, V, root);
     }
 
     // Mode j's message as mode i hears it.
@@ -165,22 +174,17 @@ template <class T> class Smooth {
         SmoothPair<T> &p = pairs[i * c.count + j];
         const int n = mode.shape.n, size = packed_size(n);
         const T *start = &now.arena[c.modes[i].place];
-        T seen[L + packed_size(L)], heard[L];
+        T seen[L + packed_size(L)];
         if (!route.alike) {
+            const bool covariance = route.first && ((route.count && !route.constant) || mode.kernels.regressed);
             const int *places = &mode.sources[i * (n + size)];
-            for (int k = 0; k < (route.first && route.count ? n + size : n); ++k) seen[k] = now.arena[places[k]];
+            for (int k = 0; k < (covariance ? n + size : n); ++k) seen[k] = now.arena[places[k]];
             start = seen;
         }
         if (route.first) open(passage, route, after, j, start);
-        T *h = route.alike ? p.h : heard;
-        p.log_weight = kernels[j].hear(passage, route.first ? nullptr : start, h);
-        if (!route.first) hear_bent(after, i, j, start, h);
-        p.J = passage.J;
-        p.share = passage.rest;
-        if (route.alike) return;
-        p.J = p.own;  // zero but for the components that both have
-        for (auto [from, to] : route.states) p.h[to] = heard[from];
-        for (auto [from, to] : route.squares) p.own[to] = passage.J[from];
+        p.log_weight = kernels[j].hear[route.alike](passage, route.first ? nullptr : start, p.h);
+        if (!route.first) hear_bent(after, i, j, start, p.h);
+        p.J = passage.J, p.share = passage.rest;
     }
 
     // The same where the motion from this start is not what F says: where coasting bends it, and where the mean acceleration is taken
@@ -196,8 +200,8 @@ template <class T> class Smooth {
         std::copy_n(passage.c, L, kept);
         advance(after, j, start, ahead);
         kernels[j].listen(ahead, &after.arena[c.modes[j].place], route.count, passage);
-        s = select<T>(bent, kernels[j].hear(passage, nullptr, own), s);
-        for (int k = 0; k < c.modes[j].shape.n; ++k) h[k] = select<T>(bent, own[k], h[k]);
+        s = select<T>(bent, kernels[j].hear[route.alike](passage, nullptr, own), s);
+        for (int k = 0; k < (route.alike ? c.modes[j].shape.n : shared()); ++k) h[k] = select<T>(bent, own[k], h[k]);
         std::copy_n(kept, L, passage.c);
     }
 
@@ -211,7 +215,7 @@ template <class T> class Smooth {
             for (int j = 0; j < m; ++j) {
                 SmoothPair<T> &p = pairs[i * m + j];
                 const T *x = &now.arena[c.modes[i].place];
-                const Scaled<T> mean = kernels[i].fuse(factor(i), p.J, p.h, x, p.x, covariances ? p.P : nullptr);
+                const Scaled<T> mean = kernels[i].fuse[p.whole](factor(i), p.J, p.h, x, p.x, covariances ? p.P : nullptr);
                 const Scaled<T> link = scaled<T>(larger<T>(forward.transition()[i * m + j] * now.probability[i], splat<T>(1e-300)));
                 p.log_weight = link.log + p.log_weight + mean.log, p.share = link.rest * p.share * mean.rest;
             }
@@ -331,14 +335,13 @@ template <class T> void Smooth<T>::lay_out_routes() {
         for (int i = 0; i < c.count; ++i) {
             const Mode<T> &from = c.modes[i], &to = c.modes[j];
             Route &route = routes[i * c.count + j];
-            for (int k = 0; k < to.shape.n; ++k) {
-                const int at = place_of(to.shape, k, from.shape);
-                if (at < 0) route.entering[route.count++] = k;
-                for (const auto &[other, place] : route.states)
-                    if (at >= 0) route.squares.emplace_back(packed(k, other), packed(at, place));
-                if (at >= 0) route.states.emplace_back(k, at), route.squares.emplace_back(packed(k, k), packed(at, at));
-            }
-            route.alike = route.count == 0 && from.shape.n == to.shape.n;
+            for (int k = 0; k < to.shape.n; ++k)
+                if (place_of(to.shape, k, from.shape) < 0) route.entering[route.count++] = k;
+            route.alike = pairs[i * c.count + j].whole = from.shape.n == to.shape.n;
+            route.constant = !c.declared.unbiased_mixing;
+            for (int r = 0; r < route.count; ++r)
+                for (int k = 0; k <= r; ++k)
+                    route.prior[packed(r, k)] = r == k ? square_root(to.prior_variance[route.entering[r]]) : splat<T>(0.0);
             for (int before = 0; before < i && route.first && to.kernels.linear; ++before) {
                 const Route &other = routes[before * c.count + j];
                 if (!std::equal(route.entering, route.entering + route.count, other.entering, other.entering + other.count)) continue;
