@@ -673,6 +673,13 @@ class LiveMany:
         results: list,
         predict_only: bool,
     ) -> None: ...
+    def follow(
+        self,
+        t: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        z: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+        noise: object | None,
+        results: list,
+    ) -> None: ...
     def begin(
         self,
         target: int,
