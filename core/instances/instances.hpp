@@ -20,7 +20,7 @@
 #define JINK_AID(WHERE, T)                                                                                               \
     WHERE template Aid<T>::Aid(const Composition<T> &);                                                                  \
     WHERE template void Aid<T>::operator()(Step<T> &, TrackState<T> &, const Scan<T> &, const Outcome<T> &);             \
-    WHERE template void record(const Step<T> &, const TrackState<T> &, const Scan<T> &, const Outcome<T> &, T, Record<T> &);
+    WHERE template void record(const Step<T> &, const TrackState<T> &, const Scan<T> &, const Outcome<T> &, T, Record<T> &, Spare<T> &);
 
 #define JINK_SMOOTH(WHERE, T)                                             \
     WHERE template Smooth<T>::Smooth(const Composition<T> &);             \

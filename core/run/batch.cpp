@@ -43,6 +43,7 @@ class Runner {
     std::int64_t total_rows;
     Column x, P, mu, likelihood, nis, dof, pit;
     std::vector<Record<Pack>> records;
+    Spare<Pack> spare;
     std::vector<Pack> members;  // probabilities of the whole set of modes
     Pack total, xs[largest_state], Ps[packed_size(largest_state)];
 
@@ -75,13 +76,16 @@ class Runner {
     // What smoothing needs of a scan; what it decides of those before is noted there.
     void remember(std::int64_t k, const Scan<Pack> &scan, const Outcome<Pack> &o, Pack before) {
         records[k].number = double(k);
-        record(step, state, scan, o, before, records[k]);
+        record(step, state, scan, o, before, records[k], spare);
         if (!c.declared.hindsight || !any(o.decided)) return;
         for (std::int64_t j = k - 1; j >= 0; --j) {
             const Mask<Pack> now = decide(records[j], o, double(k));
             if (!any(now)) break;
             for (int l = 0; out.status && l < lanes; ++l)
                 if (lane(now, l)) correct_status(l, j, k, lane(o.upheld, l));
+            if (in.until) continue;  // of an earlier scan it may be asked what was known then
+            recall(c, records[j], splat<Pack>(double(k)));
+            close(records[j], spare);
         }
     }
 
@@ -138,7 +142,6 @@ class Runner {
     void backward(std::int64_t longest) {
         Smooth<Pack> smooth(c);
         smooth.covariances = P.wanted();
-        for (std::int64_t k = 0; k < longest; ++k) recall(c, records[k], splat<Pack>(double(longest)));
         for (std::int64_t k = longest - 1; k >= 0; --k) {
             if (k == longest - 1) smooth.last(records[k]);
             else smooth.step(records[k], records[k + 1]);

@@ -141,6 +141,7 @@ template <class T> class Live {
     int n, lag;
     std::vector<TrackState<T>> states;
     std::vector<std::deque<Record<T>>> history;
+    Spare<T> spare;
     std::vector<std::deque<T>> times;
 
     // Of tracks that have started. A detector may remember that nothing was measured, and a state may have begun without a time.
@@ -177,7 +178,7 @@ template <class T> class Live {
         if (times.size() != history.size()) times.resize(history.size());
         Record<T> r;
         r.number = past.empty() ? 0.0 : past.back().number + 1.0;
-        record(step, s, scan, out.outcome, before, r);
+        record(step, s, scan, out.outcome, before, r, spare);
         for (int k = int(past.size()) - 1; k >= 0 && c->declared.hindsight; --k) decide(past[k], out.outcome, r.number);
         past.push_back(std::move(r)), times[pack].push_back(s.time);
         if (int(past.size()) > lag + 1) past.pop_front(), times[pack].pop_front();

@@ -11,9 +11,10 @@ template <class T> struct Followed {
     Mask<T> lanes, open;  // in doubt; not decided
     Mask<T> used, upheld;  // the measurement: believed at first; the target's after all
     T decided;             // number of the scan that decided
-    std::vector<T> out, believed, doubted;  // arena and probabilities: as they went out, and of both banks
-    std::vector<Measurement<T>> offered;    // of each sensor: what there is to believe or not
+    std::vector<T> believed, doubted;     // arena and probabilities of both banks
+    std::vector<Measurement<T>> offered;  // of each sensor: what there is to believe or not
 };
+template <class T> using Spare = std::vector<Followed<T>>;  // the memory of those that nobody asks for any more
 
 template <class T> struct Record {
     std::vector<T> arena, probability;
@@ -31,14 +32,16 @@ template <class T> struct Record {
     const T *input_of(int j) const { return !inputs.empty() ? &inputs[j * 3] : has_input ? input : nullptr; }
 };
 
-// The record as it was known after the scan of a number, lane by lane.
+// The record as it was known after the scan of a number, lane by lane; a later number than before, or the same.
 template <class T> void recall(const Composition<T> &c, Record<T> &r, T until) {
     const Followed<T> &f = r.followed;
     if (!f.any) return;
     const Mask<T> known = f.lanes & inverse(f.open) & (f.decided <= until), believed = known & f.upheld;
-    const auto choose = [&](int k) { return select<T>(believed, f.believed[k], select<T>(known, f.doubted[k], f.out[k])); };
-    for (int k = c.modes[0].place; k < c.arena_size; ++k) r.arena[k] = choose(k);
-    for (int j = 0; j < c.count; ++j) r.probability[j] = choose(c.arena_size + j);
+    const auto choose = [&](int k, T out) { return select<T>(believed, f.believed[k], select<T>(known, f.doubted[k], out)); };
+    if (any(known)) {
+        for (int k = c.modes[0].place; k < c.arena_size; ++k) r.arena[k] = choose(k, r.arena[k]);
+        for (int j = 0; j < c.count; ++j) r.probability[j] = choose(c.arena_size + j, r.probability[j]);
+    }
     r.used = (f.used & inverse(known)) | believed;
     if (f.offered.empty()) return;
     for (std::size_t i = 0; i < f.offered.size(); ++i)
@@ -56,21 +59,28 @@ template <class T> Mask<T> decide(Record<T> &r, const Outcome<T> &o, double scan
     return now;
 }
 
-template <class T> void follow(const Composition<T> &c, const TrackState<T> &s, const Scan<T> &scan, Record<T> &r) {
+// All has been decided: the record is what it will be.
+template <class T> void close(Record<T> &r, Spare<T> &spare) {
+    if (any(r.followed.open)) return;
+    spare.push_back(std::move(r.followed));
+    r.followed.any = false;
+}
+
+template <class T> void follow(const Composition<T> &c, const TrackState<T> &s, const Scan<T> &scan, Record<T> &r, Spare<T> &spare) {
     Followed<T> &f = r.followed;
     f.any = false;
     if (!c.declared.hindsight) return;
-    f.lanes = f.open = scan.active & (s.doubt > splat<T>(0.0));
-    f.any = any(f.lanes);
-    if (!f.any) return;
+    const Mask<T> doubtful = scan.active & (s.doubt > splat<T>(0.0));
+    if (!any(doubtful)) return;
+    if (f.believed.empty() && !spare.empty()) f = std::move(spare.back()), spare.pop_back();
+    f.any = true, f.lanes = f.open = doubtful;
     f.used = r.used, f.upheld = splat_mask<T>(false), f.decided = splat<T>(0.0);
-    f.out = s.arena, f.out.insert(f.out.end(), s.probability.begin(), s.probability.end());
     f.believed = s.believed, f.doubted = s.doubted;
     f.offered.clear();
 }
 
 template <class T>
-void record(const Step<T> &step, const TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o, T before, Record<T> &r) {
+void record(const Step<T> &step, const TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o, T before, Record<T> &r, Spare<T> &spare) {
     const Composition<T> &c = step.c;
     if (r.arena.size() == s.arena.size()) std::copy(s.arena.begin() + c.modes[0].place, s.arena.end(), r.arena.begin() + c.modes[0].place);
     else r.arena = s.arena;  // what lies before the modes never changes
@@ -86,7 +96,7 @@ void record(const Step<T> &step, const TrackState<T> &s, const Scan<T> &scan, co
     r.used = scan.active & inverse(o.gated);
     r.sensor = scan.sensor ? 0 : scan.one_sensor;
     r.others.clear();
-    follow(c, s, scan, r);
+    follow(c, s, scan, r, spare);
     step.ahead.used(r.coefficients), r.inputs = step.ahead.inputs;
     if (c.count == 1) return;
     const auto lanes_of = [&](int sensor) {
