@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 import jink
 from benchmarks.commands import fetch_collection
-from jink.cli.main import app_of
+from jink.cli.main import app
 from jink.scenarios import SCENARIOS
 from scripts.extract_flights import read
 
@@ -34,7 +34,7 @@ def warned(data: str | pl.DataFrame, kind: str) -> list[str]:
 def simulated(name: str, runs: int, folder: Path) -> list[str] | None:
     """The same of one scenario's file; None of one axis, which `jink track` does not read."""
     path = folder / f"{name}.parquet"
-    done = CliRunner().invoke(app_of(), ["simulate", name, "-o", str(path), "--runs", str(runs)])
+    done = CliRunner().invoke(app, ["simulate", name, "-o", str(path), "--runs", str(runs)])
     if done.exit_code:
         raise RuntimeError(done.output)
     if not {"y", "range"} & set(pl.read_parquet_schema(path)):

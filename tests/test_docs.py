@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 import jink
-from jink.cli.main import app_of
+from jink.cli.main import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -76,7 +76,7 @@ def test_the_readmes_commands_run_as_printed(tmp_path, monkeypatch):
             told = f"{sys.executable} -m {command}"
             assert subprocess.run(told, shell=True, capture_output=True, check=False).returncode == 0, command
         else:
-            done = CliRunner().invoke(app_of(), shlex.split(command)[1:])
+            done = CliRunner().invoke(app, shlex.split(command)[1:])
             assert done.exit_code == 0, f"{command}\n{done.stderr}"
     assert (tmp_path / "plots.parquet").exists() and (tmp_path / "archive").is_dir()
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from jink.cli.main import app_of
+from jink.cli.main import app
 
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "examples" / "notebooks").glob("*.ipynb"))
@@ -52,5 +52,5 @@ def run(command: str) -> None:
     if "<" in command:
         subprocess.run(f"{sys.executable} -m {command}", shell=True, check=True, capture_output=True)
         return
-    done = CliRunner().invoke(app_of(), shlex.split(command)[1:])
+    done = CliRunner().invoke(app, shlex.split(command)[1:])
     assert done.exit_code == 0, f"{command}\n{done.stderr}"

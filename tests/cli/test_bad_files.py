@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 import jink
 from jink.catalogue.purpose import Purpose
 from jink.catalogue.registry import FILTERS
-from jink.cli.main import app_of
+from jink.cli.main import app
 from jink.filters.loading import read
 
 CV, CA = jink.ConstantVelocity(acceleration_sd=1.0), jink.ConstantAcceleration(jerk_psd=1.0)
@@ -172,7 +172,7 @@ def track(tmp_path, text):
         "-o",
         str(tmp_path / "out.parquet"),
     ]
-    result = CliRunner(env={"COLUMNS": "400"}).invoke(app_of(), arguments)
+    result = CliRunner(env={"COLUMNS": "400"}).invoke(app, arguments)
     assert result.exception is None or isinstance(result.exception, SystemExit)
     assert [p.name for p in tmp_path.iterdir()] == ["filter.json"]
     return result.exit_code, result.stdout, result.stderr

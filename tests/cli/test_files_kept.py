@@ -13,7 +13,7 @@ import polars as pl
 import pytest
 from typer.testing import CliRunner
 
-from jink.cli.main import app_of
+from jink.cli.main import app
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def plots(tmp_path):
 
 
 def track(*arguments):
-    return CliRunner().invoke(app_of(), ["track", *map(str, arguments)])
+    return CliRunner().invoke(app, ["track", *map(str, arguments)])
 
 
 def test_rejected_rows_do_not_go_over_the_input(plots):

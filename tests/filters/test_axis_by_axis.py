@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from typer.testing import CliRunner
 
 import jink
-from jink.cli.main import app_of
+from jink.cli.main import app
 from jink.filters.axis_by_axis import on_axes
 from jink.filters.fuzzy_imm import fuzzy_imm
 from jink.fit.fitting import fit
@@ -105,7 +105,7 @@ def simulated(tmp_path_factory):
     """Runs of lee-2003 as jink simulate writes them, and a filter of one axis as jink learn does."""
     folder = tmp_path_factory.mktemp("axes")
     path, rules = folder / "l.parquet", folder / "rules.json"
-    done = CliRunner().invoke(app_of(), ["simulate", "lee-2003", "--runs", "12", "-o", str(path), "-q"])
+    done = CliRunner().invoke(app, ["simulate", "lee-2003", "--runs", "12", "-o", str(path), "-q"])
     assert done.exit_code == 0, done.output
     ONE.save(rules)
     return path, rules
@@ -114,7 +114,7 @@ def simulated(tmp_path_factory):
 def test_a_file_is_tracked_and_a_stream_gives_the_same(simulated, tmp_path):
     path, rules = simulated
     out = tmp_path / "t.parquet"
-    done = CliRunner().invoke(app_of(), ["track", str(path), "--filter", str(rules), "-o", str(out), "-q"])
+    done = CliRunner().invoke(app, ["track", str(path), "--filter", str(rules), "-o", str(out), "-q"])
     assert done.exit_code == 0, done.output
     table, data = pl.read_parquet(out), pl.read_parquet(path)
     first = table.filter(pl.col("target") == table["target"][0])

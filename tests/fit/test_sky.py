@@ -9,7 +9,7 @@ from oracle.association import enumerated
 from typer.testing import CliRunner
 
 import jink
-from jink.cli.main import app_of
+from jink.cli.main import app
 from jink.fit.sky import fit_sky
 from jink.scenarios.skies import sky_called
 
@@ -95,7 +95,7 @@ def test_what_the_sensor_does_is_found_again(file):
 
 
 def run(*arguments):
-    result = CliRunner(env={"COLUMNS": "200"}).invoke(app_of(), [str(a) for a in arguments])
+    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, [str(a) for a in arguments])
     if result.exception and not isinstance(result.exception, SystemExit):
         raise result.exception
     return result.exit_code, result.stdout, result.stderr

@@ -8,6 +8,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 
+from jink.io import ahead
 from jink.io.errors import InputError
 from jink.io.files import expand, open_table
 
@@ -186,3 +187,20 @@ def test_patterns_and_paths_become_files_each_once(tmp_path):
     ):
         with pytest.raises(InputError, match=message):
             expand([given])
+
+
+def test_a_file_unpacked_ahead_is_the_same_table(tmp_path):
+    text = b"t,x,y\n" + b"".join(b"%d,%d,0\n" % (k, 3 * k) for k in range(500))
+    whole, damaged = tmp_path / "a.csv.gz", tmp_path / "b.csv.gz"
+    whole.write_bytes(gzip.compress(text))
+    damaged.write_bytes(gzip.compress(text)[:-40])
+    ahead.begin([str(whole)])
+    assert ahead.unpacked(whole) == text and ahead.unpacked(whole) is None
+    ahead.begin([str(whole)])
+    assert open_table(whole).names == ["t", "x", "y"]
+    # what cannot be unpacked is said by whoever reads it
+    ahead.begin([str(damaged)])
+    with pytest.raises(InputError, match="cannot be unpacked"):
+        open_table(damaged)
+    ahead.begin([str(tmp_path / "none.csv.gz")])
+    assert ahead.unpacked(tmp_path / "none.csv.gz") is None

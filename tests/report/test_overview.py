@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from jink.archive.tracked import Tracks
-from jink.cli.main import app_of
+from jink.cli.main import app
 from jink.metrics.chi_square import quantile
 from jink.report import survey as counting
 from jink.report.picture import mask, shaded
@@ -41,7 +41,7 @@ def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("archive")
     ships().write_parquet(place / "ships.parquet")
     command = ["track", f"{place}/ships.parquet", "-o", f"{place}/tracks/", "--threads", "1", "--kind", "vessel"]
-    done = CliRunner().invoke(app_of(), [*command, "--quiet"])
+    done = CliRunner().invoke(app, [*command, "--quiet"])
     assert done.exit_code == 0, done.output
     return place / "tracks"
 
@@ -102,7 +102,7 @@ def test_a_sample_decides_what_the_map_shows(folder, monkeypatch):
 
 def test_links_lead_to_the_tracks_of_single_targets(folder, tmp_path):
     page = tmp_path / "overview.html"
-    done = CliRunner().invoke(app_of(), ["report", str(folder), "-o", str(page)])
+    done = CliRunner().invoke(app, ["report", str(folder), "-o", str(page)])
     assert done.exit_code == 0, done.output
     text, beside = page.read_text(), (tmp_path / "overview.targets.html").read_text()
     links = re.findall(r'href="overview\.targets\.html#target=([^"]+)"', text)
@@ -113,14 +113,14 @@ def test_links_lead_to_the_tracks_of_single_targets(folder, tmp_path):
 
 def test_the_tracks_of_named_targets(folder, tmp_path):
     page = tmp_path / "two.html"
-    done = CliRunner().invoke(app_of(), ["report", f"{folder}/", "--target", "ship 3,ship 7", "-o", str(page), "-q"])
+    done = CliRunner().invoke(app, ["report", f"{folder}/", "--target", "ship 3,ship 7", "-o", str(page), "-q"])
     assert done.exit_code == 0 and not done.output
     assert "2 targets" in page.read_text()
 
 
 def test_a_file_of_tracks(folder, tmp_path):
     everything(folder).write_parquet(tmp_path / "tracks.parquet")
-    done = CliRunner().invoke(app_of(), ["report", f"{tmp_path}/tracks.parquet", "--target", "ship 1"])
+    done = CliRunner().invoke(app, ["report", f"{tmp_path}/tracks.parquet", "--target", "ship 1"])
     assert done.exit_code == 0, done.output
     assert "ship 1" in (tmp_path / "tracks.parquet.html").read_text()
 
@@ -140,11 +140,9 @@ def test_what_cannot_be_reported_is_said(folder, tmp_path):
         f"{tmp_path}": "expected a folder that jink track wrote",
         f"{half}": "is not complete",
     }.items():
-        done = CliRunner().invoke(app_of(), ["report", given, "-o", f"{tmp_path}/page.html"])
+        done = CliRunner().invoke(app, ["report", given, "-o", f"{tmp_path}/page.html"])
         assert done.exit_code == 2 and said in done.stderr, (given, done.output)
-    done = CliRunner().invoke(
-        app_of(), ["report", str(folder), "--target", "ship 3,nobody", "-o", f"{tmp_path}/page.html"]
-    )
+    done = CliRunner().invoke(app, ["report", str(folder), "--target", "ship 3,nobody", "-o", f"{tmp_path}/page.html"])
     assert done.exit_code == 2 and "no track of nobody" in done.stderr
     assert not (tmp_path / "page.html").exists()
 

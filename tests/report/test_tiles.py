@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 from typer.testing import CliRunner
 
-from jink.cli.main import app_of
+from jink.cli.main import app
 from jink.io.errors import InputError
 from jink.report import write_report
 from jink.report.picture import mask
@@ -111,14 +111,14 @@ def test_the_command_line_takes_them_with_a_page_alone(tmp_path):
     near_munich().write_parquet(tmp_path / "t.parquet")
     url = "https://tile.example.org/{z}/{x}/{y}.png"
     command = ["track", f"{tmp_path}/t.parquet", "-o", f"{tmp_path}/o.parquet", "--quiet", "--tiles"]
-    done = CliRunner().invoke(app_of(), [*command, url])
+    done = CliRunner().invoke(app, [*command, url])
     assert done.exit_code == 2 and "--report" in done.stderr
-    done = CliRunner().invoke(app_of(), [*command, "nowhere", "--report", f"{tmp_path}/o.html"])
+    done = CliRunner().invoke(app, [*command, "nowhere", "--report", f"{tmp_path}/o.html"])
     assert done.exit_code == 2 and "tiles is 'nowhere'" in done.stderr and not (tmp_path / "o.parquet").exists()
-    done = CliRunner().invoke(app_of(), [*command, url, "--report", f"{tmp_path}/o.html"])
+    done = CliRunner().invoke(app, [*command, url, "--report", f"{tmp_path}/o.html"])
     assert done.exit_code == 0, done.output
     assert "come from https://tile.example.org" in (tmp_path / "o.html").read_text()
     done = CliRunner().invoke(
-        app_of(), ["report", f"{tmp_path}/o.parquet", "--tiles", url, "-o", f"{tmp_path}/r.html", "-q"]
+        app, ["report", f"{tmp_path}/o.parquet", "--tiles", url, "-o", f"{tmp_path}/r.html", "-q"]
     )
     assert done.exit_code == 0 and "img-src data: https://tile.example.org" in (tmp_path / "r.html").read_text()

@@ -73,6 +73,13 @@ def app_of(*names: str) -> typer.Typer:
     return app
 
 
+def __getattr__(name: str) -> Any:
+    """`app` is the command line with all commands, made when it is asked for."""
+    if name == "app":
+        return app_of()
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
 def main() -> Any:
     """Run the command line and exit; `python -m jink` calls itself jink as well."""
     # A command that is told to stop takes its temporary files away, as it does on Ctrl-C.

@@ -16,6 +16,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ..io import ahead
 from ..io.errors import InputError
 from ..io.printable import printable
 from .exit_status import PACKAGES, exit_status
@@ -595,6 +596,7 @@ def _run_files(request: TrackRequest, ledger: Any = None) -> int:
     for given, option in ((request.append, "--append"), (request.strict, "--strict"), (request.cluster, "--cluster")):
         if given:
             raise InputError(f"{option} is for a folder of tracks: -o FOLDER/")
+    ahead.begin(request.inputs)
     from ..io.files import expand, name_of
     from ..io.spreadsheets import check_is_csv
     from ..io.writing import check_apart, check_writable, format_of

@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .values import order_of
+
 # what sensors and file formats write where there is nothing to report
 CODES = (
     *(-999.0, -999.9, -999.99, -9999.0, -9999.9, -9999.99, -99999.0, -999999.0, -32767.0, -32768.0, -2147483648.0),
@@ -42,7 +44,7 @@ def zero_heights(altitude: np.ndarray, codes: np.ndarray, seconds: np.ndarray) -
     if not zero.any() or not (np.abs(altitude[np.isfinite(altitude)]) > 0.0).any():
         return out
     rows = np.flatnonzero(np.isfinite(altitude) & np.isfinite(seconds))
-    rows = rows[np.lexsort((seconds[rows], codes[rows]))]
+    rows = rows[order_of(codes[rows], seconds[rows])]
     height, none = altitude[rows], zero[rows]
     same = np.diff(codes[rows]) == 0
     with np.errstate(divide="ignore", invalid="ignore"):

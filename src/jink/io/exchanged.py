@@ -8,6 +8,7 @@ from .errors import InputError
 from .evidence import distances
 from .sheet import Sheet
 from .units import DEGREE
+from .values import order_of
 
 FEWEST = 20  # steps that have to agree
 SAME_SPEED, SAME_COURSE = 0.05, 0.2  # relative, and rad
@@ -25,15 +26,15 @@ def not_exchanged(sheet: Sheet, seconds: np.ndarray) -> None:
     course = sheet.numbers("course") * (sheet.roles["course"].unit or DEGREE)
     good = np.isfinite(north) & np.isfinite(east) & np.isfinite(seconds) & (speed > 0.0) & np.isfinite(course)
     rows = np.flatnonzero(good)
-    rows = rows[np.lexsort((seconds[rows], sheet.codes()[rows]))]
+    rows = rows[order_of(sheet.codes()[rows], seconds[rows])]
     north, east, speed, course = north[rows], east[rows], speed[rows], course[rows]
     with np.errstate(divide="ignore", invalid="ignore"):
         elapsed = np.where(np.diff(sheet.codes()[rows]) == 0, np.diff(seconds[rows]), np.nan)
-        as_named, exchanged = (_disagree(*pair, elapsed, speed, course) for pair in ((north, east), (east, north)))
-    if as_named is None or exchanged is None:
-        return
-    wrong = as_named[0] > OTHER_SPEED and as_named[1] > OTHER_COURSE
-    if wrong and exchanged[0] < SAME_SPEED and exchanged[1] < SAME_COURSE:
+        as_named = _disagree(north, east, elapsed, speed, course)
+        if as_named is None or as_named[0] <= OTHER_SPEED or as_named[1] <= OTHER_COURSE:
+            return
+        exchanged = _disagree(east, north, elapsed, speed, course)
+    if exchanged is not None and exchanged[0] < SAME_SPEED and exchanged[1] < SAME_COURSE:
         first, second = sheet.shown("latitude"), sheet.shown("longitude")
         raise InputError(
             f"{sheet.where}: columns {first!r} and {second!r} are exchanged: only so do positions move as the reported "

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import polars as pl
 
+from . import ahead
 from .archives import Member, files_inside, members
 from .encodings import plain_text, western_text
 from .errors import InputError, NoTable
@@ -181,6 +182,8 @@ def _unpacked(file: str, content: bytes) -> bytes:
 def _decompress(path: Path, head: bytes) -> bytes:
     """The content of a .gz or .zst file; polars brings the zstd decoder."""
     file = name_of(path)
+    if (content := ahead.unpacked(path)) is not None:
+        return content
     try:
         packed = path.read_bytes()
         if head.startswith(b"\x1f\x8b"):

@@ -13,7 +13,7 @@ import polars as pl
 from .codes import are_codes
 from .columns import normal
 from .sheet import Problem, Sheet
-from .values import numbers, texts
+from .values import numbers, order_of, texts
 
 # metres: 95 % horizontal bound (estimated position uncertainty) of NACp, containment radius of NIC,
 # 95 % vertical bound of GVA (RTCA DO-260B)
@@ -178,6 +178,8 @@ def grounded(sheet: Sheet) -> np.ndarray:
     if "altitude" in sheet and sheet.series("altitude").dtype == pl.String:
         ground |= sheet.series("altitude").str.contains(GROUND).fill_null(False).to_numpy()
     if "on_ground" in sheet:
+        if sheet.series("on_ground").dtype == pl.Boolean:
+            return ground | sheet.series("on_ground").fill_null(False).to_numpy()
         marks = texts(sheet.series("on_ground")).str.strip_chars().str.to_lowercase()
         # in a column of heights, 1 is a height
         yes = [] if normal(sheet.roles["on_ground"].name) == "alt_baro" else YES
@@ -197,38 +199,44 @@ def on_the_ground(
     missing = ground & np.isnan(altitude) & np.isfinite(seconds)
     if not missing.any():
         return altitude, np.full(altitude.size, np.nan)
-    known = pl.col("height").is_not_null()
-    table = pl.DataFrame({"code": codes, "time": seconds, "height": altitude, "ground": missing}).with_row_index(
-        "place"
+    order = order_of(codes, seconds)
+    gaps = np.flatnonzero(missing[order])
+    rows = order[gaps]
+    last, next_ = _reported(~np.isnan(altitude[order]), codes[order], gaps)
+    (before, left), (after, back) = (
+        [np.where(there >= 0, values[order][there], np.nan) for values in (altitude, seconds)]
+        for there in (last, next_)
     )
-    table = table.with_columns(pl.col("height").fill_nan(None)).sort("code", "time", maintain_order=True)
-    table = table.with_columns(
-        air=pl.when(known).then("time"), land=pl.when("ground").then("time"), run=known.cum_sum()
-    )
-    table = table.with_columns(
-        before=pl.col("height").forward_fill().over("code"),
-        after=pl.col("height").backward_fill().over("code"),
-        left=pl.col("air").forward_fill().over("code"),
-        back=pl.col("air").backward_fill().over("code"),
-        landed=pl.col("land").min().over("code", "run"),
-        rolled=pl.col("land").max().over("code", "run"),
-    ).sort("place")
-    before, after, left, back, landed, rolled = (
-        table[name].fill_null(float("nan")).to_numpy()
-        for name in ("before", "after", "left", "back", "landed", "rolled")
-    )
+    time = seconds[rows]
+    # the first and the last time on the ground between two heights
+    begins = np.r_[True, (np.diff(last) != 0) | (np.diff(next_) != 0) | (np.diff(codes[rows]) != 0)]
+    firsts = np.flatnonzero(begins)
+    long = np.diff(np.r_[firsts, rows.size])
+    landed, rolled = np.repeat(time[firsts], long), np.repeat(time[firsts + long - 1], long)
     # one of two heights that lie so far apart is wrong, and the ground is not above an aircraft: the lower one serves
     apart = np.abs(after - before) > FAR_FROM_GROUND
     lower = np.fmin(before, after)
     before, after = np.where(apart, lower, before), np.where(apart, lower, after)
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.clip((seconds - left) / (back - left), 0.0, 1.0)
+        share = np.clip((time - left) / (back - left), 0.0, 1.0)
     share = np.where(np.isnan(left), 1.0, np.where(np.isnan(back), 0.0, np.nan_to_num(share)))
     height = np.where(share < 1.0, (1.0 - share) * np.nan_to_num(before), 0.0) + share * np.nan_to_num(after)
     silent = (1.0 - share) * np.nan_to_num(landed - left) + share * np.nan_to_num(back - rolled)
-    filled = missing & ~(np.isnan(left) & np.isnan(back))
-    sd = np.minimum(GROUND_SD + SINK * silent, FAR_FROM_GROUND)
-    return np.where(filled, height, altitude), np.where(filled, sd, np.nan)
+    found = ~(np.isnan(left) & np.isnan(back))
+    filled, sd = altitude.copy(), np.full(altitude.size, np.nan)
+    filled[rows[found]] = height[found]
+    sd[rows[found]] = np.minimum(GROUND_SD + SINK * silent, FAR_FROM_GROUND)[found]
+    return filled, sd
+
+
+def _reported(known: np.ndarray, codes: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of some rows the last known one before and the next one after, of the same code; -1 where there is none."""
+    place = np.arange(known.size)
+    last = np.maximum.accumulate(np.where(known, place, -1))[rows]
+    next_ = np.minimum.accumulate(np.where(known, place, known.size)[::-1])[::-1][rows]
+    next_ = np.where(next_ < known.size, next_, -1)
+    last, next_ = (np.where(codes[there] == codes[rows], there, -1) for there in (last, next_))
+    return last, next_
 
 
 def placeholders(latitude: np.ndarray, longitude: np.ndarray) -> np.ndarray:

@@ -200,7 +200,8 @@ def _sample_types(lines: bytes) -> tuple[dict[str, str], bool]:
         sound = sound and isinstance(value, dict)
         if isinstance(value, dict):
             for name, item in value.items():
-                kinds[whole_text(name)] = _wider(kinds.get(whole_text(name), "none"), _kind(item))
+                known = name if name in kinds else whole_text(name)
+                kinds[known] = _wider(kinds.get(known, "none"), _kind(item))
     return kinds, sound
 
 
