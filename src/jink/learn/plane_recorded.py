@@ -40,7 +40,7 @@ def corrector(path: str, how: How, columns: Mapping[str, str] | None = None) -> 
     """
     recording = read(path, how.kind, how.seed, columns, positions=True)
     learning, unseen = halves(recording)
-    if min(len({each.target for each in half}) for half in (learning, unseen)) < FEWEST:
+    if recording.units != "targets" or min(len(learning), len(unseen)) < FEWEST:
         raise ValueError(f"{path}: expected at least {2 * FEWEST} targets with dense positions")
     rng, axes = np.random.default_rng([how.seed, 7]), recording.tracks.z.shape[1]
     parts = [_pairs(learning, how, rng, k, axes, "radars") for k in range(RADARS + CHECK)]
