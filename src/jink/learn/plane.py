@@ -34,7 +34,7 @@ def drawn(kind: str, families: int, seed: int, progress: Callable[[str, int, int
         filter = default_filter(kind, scenario.observation.sensor)
         time = np.broadcast_to(made.time, made.z.shape[:2])
         truth = made.truth.position, made.truth.velocity, made.truth.acceleration
-        out.append(pairs_of(filter, time, made.z, sd**2 * np.eye(2), *truth, SPREADS[kind].weighing))
+        out.append(pairs_of(filter, time, made.z, sd**2 * np.eye(2), *truth, weighing=SPREADS[kind].weighing))
         if progress:
             progress("simulating families", k + 1, families)
     return out

@@ -25,8 +25,8 @@ class Spread:
     hardest (m/s²): the acceleration of the kind; pull: the hardest of a family over it; interval (s) between scans; sd
     (m) of positions, within which a T²/σ is held; speed (m/s); quiet and busy (s): mean lengths of legs; noise: process
     noise over the hardest acceleration. straight: share of families that never manoeuvre. usual: share of families near
-    the middle. harder: share of families that are those of fighters: targets for which the kind's filter is not made.
-    weighing: what squares of errors count; fade: how far outside of the training's range a correction goes.
+    the middle. harder: share of families that are those of fighters, for which the kind's filter is not made.
+    weighing: what squares of errors count. fade: as of ``PlaneCorrector``.
     """
 
     hardest: float
@@ -61,7 +61,7 @@ SPREADS = {
         hardest=3.0,
         pull=(0.1, 1.5),
         interval=(0.8, 13.0),
-        sd=(1.0, 500.0),
+        sd=(4.0, 500.0),
         speed=(60.0, 270.0),
         quiet=(40.0, 600.0),
         busy=(10.0, 60.0),
@@ -79,9 +79,9 @@ def family(kind: str, rng: np.random.Generator) -> Scenario:
     """One family: targets that draw accelerations or turns, and a sensor."""
     s = SPREADS[kind]
     if s.harder and rng.uniform() < s.harder:
-        return family("fighter", rng)
+        s = SPREADS["fighter"]
     if rng.uniform() < s.usual:
-        return _usual(kind, rng)
+        return _usual(s.hardest, kind, rng)
 
     def drawn(low: float, high: float) -> float:
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
@@ -101,9 +101,8 @@ def family(kind: str, rng: np.random.Generator) -> Scenario:
     return _seen(_turns(speed, quiet, busy, fastest / 6, fastest, noise, seconds), sd, interval, kind)
 
 
-def _usual(kind: str, rng: np.random.Generator) -> Scenario:
+def _usual(hardest: float, kind: str, rng: np.random.Generator) -> Scenario:
     """Scans every second or so of a sensor as in the published scenarios: within a factor of two of those families."""
-    hardest = SPREADS[kind].hardest
 
     def about(value: float, factor: float = 1.4) -> float:
         return value * factor ** float(rng.uniform(-1.0, 1.0))

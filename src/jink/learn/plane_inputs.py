@@ -133,7 +133,7 @@ def pairs_of(
         J[..., k, k : k + 2], J[..., k + 1, k : k + 2] = e, n
     J = J[good] / unit[:, :, None]
     P = J @ seen.P_after[good][:, at][:, :, at] @ J.swapaxes(1, 2)
-    inverse = np.linalg.inv(P)
+    inverse = np.asarray(np.linalg.inv(P), dtype=float)
     turning = None if acceleration is None else np.hypot(*np.moveaxis(acceleration[good], -1, 0)) > TURNING
     mean = _means([(o[good] ** 2).sum(axis=-1) for o in off], error, inverse, turning, weighing)
     columns = even[good], odd[good], error, unit**2 / np.repeat(mean, 2, axis=-1), inverse

@@ -26,9 +26,9 @@ from .plane_inputs import Pairs, pairs_of
 from .recorded import Flown, Radar, flown, seen
 from .recorded import drawn as drawn_radar
 
-RADARS, CHECK, UNSEEN = 36, 4, 6  # to learn from, to choose the epoch by, and for the figures
+RADARS, CHECK, UNSEEN = 24, 4, 6  # to learn from, to choose the epoch by, and for the figures
 COUNT = 6.0  # what a square of a recorded track counts, over one of a random family
-FAMILIES, HIDDEN, EPOCHS = 1200, 48, 20
+FAMILIES, HIDDEN, EPOCHS = 1200, 48, 14
 SETTLED = 10  # scans of a track before it is scored
 FEWEST = 4  # targets of each half
 
@@ -90,7 +90,7 @@ def _pairs(some: Sequence[Flown], how: How, rng: np.random.Generator, number: in
     radar = drawn_radar(rng, axes if number % 2 else 2)
     tracks = seen(some, radar, rng)
     filter = default_filter(how.kind, Position(sd=radar.sd, axes=radar.axes))
-    found = pairs_of(filter, *padded(tracks), SPREADS[how.kind].weighing)
+    found = pairs_of(filter, *padded(tracks), weighing=SPREADS[how.kind].weighing)
     if how.progress and words:
         how.progress(f"simulating {words}", number + 1, RADARS + CHECK)
     return replace(found, weight=(COUNT * found.weight).astype(np.float32))

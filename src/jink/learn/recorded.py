@@ -16,7 +16,7 @@ LONG = 40  # positions it uses at most
 LEAST = 12  # positions that it needs
 SHORTEST = 30  # plots of a track
 PERIOD = (0.8, 13.0)  # s
-ALIKE, POLAR = (2.0, 300.0), ((10.0, 150.0), (0.03, 0.15))  # m in all directions; m of range and degrees of azimuth
+ALIKE, POLAR = (4.0, 300.0), ((10.0, 150.0), (0.03, 0.15))  # m in all directions; m of range and degrees of azimuth
 ROUND, DISTANCE = 0.4, (20e3, 150e3)  # share of sensors that err alike in all directions; m to the others
 GROSS, SCALE, WITH_GROSS = 0.01, 20.0, 0.6  # share and size of gross errors; share of sensors that have them
 HEIGHT_SD = 10.0  # m
@@ -36,7 +36,7 @@ class Flown:
     @property
     def known(self) -> np.ndarray:
         """Rows whose position and velocity are known (n,)."""
-        return np.isfinite(self.position + self.velocity).all(axis=1)
+        return np.asarray(np.isfinite(self.position + self.velocity).all(axis=1))
 
 
 @dataclass(frozen=True, kw_only=True)
