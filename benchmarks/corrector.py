@@ -31,7 +31,6 @@ from jink.scenarios import SCENARIOS
 from jink.scenarios.scenario import Scenario, Simulation
 
 HURTS = 1.01
-KIND_SD = 50.0  # m, of a sensor of which each row brings its own noise
 SEEN = ("random-turns", "random-accelerations-turned", "weave", "terminal-area")
 SENSORS = ((0.2, 20.0), (4.0, 50.0), (12.0, 70.0), (12.0, 300.0), (1.0, 3.0), (30.0, 500.0))  # s, m
 RADARS = {"12 s": (12.0, 120.0), "4 s": (4.0, 60.0), "1 s": (1.0, 25.0)}

@@ -25,14 +25,16 @@ from scipy.stats import chi2
 
 from benchmarks import forms
 from benchmarks.commands import fetch_collection
-from benchmarks.corrector import HURTS, KIND_SD, corrector_of, pair_of
+from benchmarks.corrector import HURTS, corrector_of, pair_of
 from benchmarks.flights import flights
 from jink import Position
 from jink.compare.recorded import read
+from jink.io.loading import Reading, load_files
 from jink.learn.plane_inputs import TURNING
 from jink.learn.plane_recorded import SETTLED, halves
-from jink.learn.recorded import Flown, Radar, flown, seen
+from jink.learn.recorded import Flown, Radar, local_cubic, seen
 from jink.models.tracks import Tracks
+from jink.tracking.prepare import Settings, prepare
 
 KIND, GROUPS = "aircraft", 30
 # period (s), sd (m), azimuth (degrees; 0: alike in all directions), share of gross errors, axes
@@ -90,7 +92,7 @@ def rmse(square: np.ndarray) -> float:
     return float(np.sqrt(square.mean()))
 
 
-def line(name: str, tracks: Tracks, sides: tuple[Errors, Errors]) -> str:
+def line(name: str, tracks: Tracks, sides: list[Errors]) -> str:
     """Ratios with standard errors, and whether one is above what is allowed by more than chance."""
     flight = np.unique(tracks.owner, return_inverse=True)[1][tracks.of_row]
     turning = tracks.counts & (np.hypot(*tracks.truth[:, 4:6].T) > TURNING)
@@ -133,28 +135,35 @@ def counted(tracks: Tracks) -> Tracks:
     return Tracks(**{**vars(tracks), "counts": settled & known})
 
 
-def received(recording: Any, some: list[Flown], period: float) -> Tracks:
-    """The plots of the file itself, so many seconds apart, with the noise that `jink track` estimates."""
-    names, tracks = {each.target for each in some}, recording.tracks
-    kept = tracks.some(np.array([k for k in range(len(tracks)) if tracks.owner[k] in names]))
-    known = flown(kept)
-    parts = []
-    for k, each in enumerate(known):
-        rows, last = [], -np.inf
-        for row in np.flatnonzero(np.isfinite(kept.z[kept.at(k), :2]).all(axis=1)):
-            if each.time[row] >= last + period - 1e-6:
-                rows.append(row)
-                last = each.time[row]
-        at = np.array(rows, int)
-        truth = np.concatenate([v[at, :2] for v in (each.position, each.velocity, each.acceleration)], axis=1)
-        whole = kept.at(k).start + at
-        parts.append((each.time[at], kept.z[whole], kept.covariance[whole], truth))
-    time, z, covariance, truth = (np.concatenate(column) for column in zip(*parts, strict=True))
-    offsets = np.r_[0, np.cumsum([len(part[0]) for part in parts])]
-    return Tracks(time, z, offsets, covariance, truth=truth, owner=kept.owner)
+def as_received(path: Path, some: list[Flown], velocity: bool) -> tuple[Tracks, Any]:
+    """The plots of the file itself with the noise that `jink track` estimates, and the sensor."""
+    measurements = load_files([str(path)], Reading(None)).measurements
+    prepared = prepare(measurements, Settings(kind=KIND, velocity=velocity))
+    group = max(prepared.groups, key=lambda each: len(each.placed.time))
+    placed, names = group.placed, {each.target for each in some}
+    owner = placed.rows["target"].to_numpy().astype(str)[placed.offsets[:-1]]
+    tracks = Tracks(placed.time, placed.z, placed.offsets, group.covariance, owner=owner)
+    return tracks.some(np.array([k for k in range(len(tracks)) if owner[k] in names])), group.purpose.sensor
 
 
-def table(some: list[Flown], recording: Any, corrector: Any, seed: int) -> None:
+def thinned(tracks: Tracks, period: float) -> Tracks:
+    """Plots so many seconds apart, with the truth that all plots show."""
+    kept, lengths, truth = [], [], np.full((tracks.rows, 6), np.nan)
+    for k in range(len(tracks)):
+        rows = tracks.at(k)
+        truth[rows] = np.concatenate([v[:, :2] for v in local_cubic(tracks.time[rows], tracks.z[rows, :3])], axis=1)
+        last, before = -np.inf, len(kept)
+        for row in rows.start + np.flatnonzero(np.isfinite(tracks.z[rows, :2]).all(axis=1)):
+            if tracks.time[row] >= last + period - 1e-6:
+                kept.append(row)
+                last = tracks.time[row]
+        lengths.append(len(kept) - before)
+    at = np.array(kept)
+    offsets = np.r_[0, np.cumsum(lengths)]
+    return Tracks(tracks.time[at], tracks.z[at], offsets, tracks.covariance[at], truth=truth[at], owner=tracks.owner)
+
+
+def table(some: list[Flown], path: Path, corrector: Any, seed: int) -> None:
     """Print a line per sensor."""
     print(f"  {'':<34}{'R99':<15}{'RMSE':<15}{'v in turns':<15}{'v':<15} NEES/4, in its band, NIS in its band")
     for name, (period, sd, degrees, gross, axes) in SENSORS.items():
@@ -162,11 +171,13 @@ def table(some: list[Flown], recording: Any, corrector: Any, seed: int) -> None:
         radar = Radar(period=period, sd=sd, azimuth_sd=azimuth, gross=gross, axes=axes)
         tracks = counted(seen(some, radar, np.random.default_rng(seed)))
         sides = pair_of(KIND, Position(sd=sd, axes=axes), corrector)
-        print(line(name, tracks, tuple(measured(f, tracks) for f in sides)), flush=True)
-    for period in RECEIVED:
-        tracks = counted(received(recording, some, period))
-        sides = pair_of(KIND, Position(sd=KIND_SD, axes=tracks.z.shape[1]), corrector)
-        print(line(f"as received, every {period:g} s", tracks, tuple(measured(f, tracks) for f in sides)), flush=True)
+        print(line(name, tracks, [measured(f, tracks) for f in sides]), flush=True)
+    for velocity in (False, True):
+        every, sensor = as_received(path, some, velocity)
+        for period in RECEIVED:
+            tracks, words = counted(thinned(every, period)), ", with velocity" if velocity else ""
+            sides = [measured(f, tracks) for f in pair_of(KIND, sensor, corrector)]
+            print(line(f"as received, {period:g} s{words}", tracks, sides), flush=True)
 
 
 def in_forms(path: Path, names: set[str], seed: int) -> None:
@@ -202,14 +213,14 @@ def main() -> None:
         some = halves(recording)[1]
         names = {each.target for each in some}
         print(f"{path.name}: {len(names)} flights that it has not learned from")
-        table(some, recording, corrector, given.seed)
+        table(some, path, corrector, given.seed)
         if given.forms:
             in_forms(path, names, given.seed)
     for each in given.unseen:
         recording = read(str(each), KIND, 0, positions=True)
         some = [*halves(recording)[0], *halves(recording)[1]]
         print(f"{each.name}: {len({f.target for f in some})} flights, none learned from")
-        table(some, recording, corrector, given.seed)
+        table(some, each, corrector, given.seed)
 
 
 if __name__ == "__main__":
