@@ -9,7 +9,7 @@ azimuth, x and y, latitude and longitude.
 
 Ratios of corrected to default: R99 (RMSE of position without the worst 1 %), RMSE, velocity in turns and at all; NEES
 over 4 of position and velocity, the share of it inside its 95 % band and that of the NIS, without and with. Standard
-errors are over flights, by the jackknife.
+errors are over targets, or over tracks where these are few, by the jackknife.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from jink.compare.recorded import read
 from jink.io.loading import Reading, load_files
 from jink.learn.plane_inputs import TURNING
 from jink.learn.plane_recorded import SETTLED, halves
-from jink.learn.recorded import Flown, Radar, local_cubic, seen
+from jink.learn.recorded import Flown, Radar, flown, local_cubic, seen
 from jink.models.tracks import Tracks
 from jink.tracking.prepare import Settings, prepare
 
@@ -94,7 +94,8 @@ def rmse(square: np.ndarray) -> float:
 
 def line(name: str, tracks: Tracks, sides: list[Errors]) -> str:
     """Ratios with standard errors, and whether one is above what is allowed by more than chance."""
-    flight = np.unique(tracks.owner, return_inverse=True)[1][tracks.of_row]
+    owner = np.unique(tracks.owner, return_inverse=True)[1]
+    flight = (owner if owner.max() >= GROUPS else np.arange(len(tracks)))[tracks.of_row]
     turning = tracks.counts & (np.hypot(*tracks.truth[:, 4:6].T) > TURNING)
     without, corrected = sides
     figures = (
@@ -163,7 +164,7 @@ def thinned(tracks: Tracks, period: float) -> Tracks:
     return Tracks(tracks.time[at], tracks.z[at], offsets, tracks.covariance[at], truth=truth[at], owner=tracks.owner)
 
 
-def table(some: list[Flown], path: Path, corrector: Any, seed: int) -> None:
+def table(some: list[Flown], path: Path | None, corrector: Any, seed: int) -> None:
     """Print a line per sensor."""
     print(f"  {'':<34}{'R99':<15}{'RMSE':<15}{'v in turns':<15}{'v':<15} NEES/4, in its band, NIS in its band")
     for name, (period, sd, degrees, gross, axes) in SENSORS.items():
@@ -172,7 +173,7 @@ def table(some: list[Flown], path: Path, corrector: Any, seed: int) -> None:
         tracks = counted(seen(some, radar, np.random.default_rng(seed)))
         sides = pair_of(KIND, Position(sd=sd, axes=axes), corrector)
         print(line(name, tracks, [measured(f, tracks) for f in sides]), flush=True)
-    for velocity in (False, True):
+    for velocity in (False, True) if path else ():
         every, sensor = as_received(path, some, velocity)
         for period in RECEIVED:
             tracks, words = counted(thinned(every, period)), ", with velocity" if velocity else ""
@@ -186,7 +187,11 @@ def in_forms(path: Path, names: set[str], seed: int) -> None:
     for name, radar in forms.RADARS.items():
         plots = forms.seen(some, radar, seed)
         for form in (*forms.FORMS, forms.SLANT):
-            sides = [forms.tracked(plots, form, **how) for how in ({}, {"filter": "imm-corrected"})]
+            try:
+                sides = [forms.tracked(plots, form, **how) for how in ({}, {"filter": "imm-corrected"})]
+            except ValueError as error:
+                print(f"  {name:<6}{form:<30}not tracked: {error}", flush=True)
+                continue
             cells = [
                 "{:.3f} ± {:.3f}".format(*forms.ratio(sides[1], sides[0], plots, what))
                 for what in ("r99", "turn_velocity")
@@ -216,11 +221,10 @@ def main() -> None:
         table(some, path, corrector, given.seed)
         if given.forms:
             in_forms(path, names, given.seed)
-    for each in given.unseen:
-        recording = read(str(each), KIND, 0, positions=True)
-        some = [*halves(recording)[0], *halves(recording)[1]]
-        print(f"{each.name}: {len({f.target for f in some})} flights, none learned from")
-        table(some, each, corrector, given.seed)
+    if given.unseen:
+        some = [each for file in given.unseen for each in flown(read(str(file), KIND, 0, positions=True).tracks)]
+        print(f"{len(given.unseen)} other files, none learned from")
+        table(some, None, corrector, given.seed)
 
 
 if __name__ == "__main__":
