@@ -16,13 +16,12 @@ import numpy as np
 
 from jink import Position
 from jink.io.loading import Reading, load_files
+from jink.learn.recorded import local_cubic
+from jink.learn.recorded import sampled as sampled_rows
 from jink.tracking.cleaning import Cleaning, clean
 from jink.tracking.noise_level import noise_levels
 from jink.tracking.placing import begin_with_height, place
 
-BREAK = 60.0  # s without a true position: a new track begins
-REACH = 10.0  # s: the local cubic sees this far back and ahead
-LONG = 40  # positions it uses at most
 SETTLED = 10  # scans of a track before its predictions count
 # name: period (s), sd of x, y and altitude (m)
 RADARS = {"terminal radar": (5.0, (50.0, 50.0, 10.0)), "en-route radar": (10.0, (150.0, 150.0, 10.0))}
@@ -96,58 +95,9 @@ def held_out(flight: Flight) -> bool:
 
 
 def sampled(flight: Flight, period: float, least: int) -> list[np.ndarray]:
-    """Rows of a flight about a period apart, cut where the truth is unknown for longer than `BREAK`.
-
-    least: rows of a piece; shorter ones are left out.
-    """
-    at, last = [], -np.inf
+    """Rows of a flight about a period apart, cut where the truth is unknown for long; pieces of at least so many."""
     known = np.isfinite(flight.truth).all(axis=1) & np.isfinite(flight.velocity).all(axis=1)
-    for k in np.flatnonzero(known):
-        if flight.time[k] >= last + period - 1e-6:
-            at.append(k)
-            last = flight.time[k]
-    breaks = np.flatnonzero(np.diff(flight.time[at]) > BREAK) + 1
-    return [run for run in np.split(np.array(at, int), breaks) if len(run) >= least]
-
-
-def local_cubic(time: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Position, velocity and acceleration of the least-squares cubic through the sane positions within REACH.
-
-    NaN where they are too few or one-sided.
-    """
-    position, velocity, acceleration = (np.full(z.shape, np.nan) for _ in range(3))
-    level = _sane(time, z[:, :2], 400.0)
-    height = _sane(time, z[:, 2:], 60.0)
-    for columns, sane in ((slice(0, 2), level), (slice(2, 3), height)):
-        t, points = time[sane], z[sane, columns]
-        first, last = np.searchsorted(t, time - REACH), np.searchsorted(t, time + REACH, side="right")
-        good = np.flatnonzero((last - first >= 12) & (last - first <= LONG))
-        if not good.size:
-            continue
-        index = np.minimum(first[good, None] + np.arange(LONG), len(t) - 1)
-        used = np.arange(LONG) < (last - first)[good, None]
-        s = (t[index] - time[good, None]) / REACH
-        X = s[..., None] ** np.arange(4) * used[..., None]
-        fit = np.linalg.solve(X.swapaxes(1, 2) @ X + 1e-9 * np.eye(4), X.swapaxes(1, 2) @ points[index])
-        fit[~(((s < -0.5) & used).sum(axis=1) >= 2) | ~(((s > 0.5) & used).sum(axis=1) >= 2)] = np.nan
-        position[good, columns], velocity[good, columns] = fit[:, 0], fit[:, 1] / REACH
-        acceleration[good, columns] = 2.0 * fit[:, 2] / REACH**2
-    return position, velocity, acceleration
-
-
-def _sane(time: np.ndarray, z: np.ndarray, limit: float) -> np.ndarray:
-    """Whether a position lies within limit (m) of the line through the medians of the five before and after."""
-    sane = np.zeros(len(z), bool)
-    known = np.flatnonzero(np.isfinite(z).all(axis=1))
-    if len(known) < 11:
-        return sane
-    window = np.lib.stride_tricks.sliding_window_view(np.column_stack([time, z])[known], 11, axis=0)
-    before, after = np.median(window[..., :5], axis=-1), np.median(window[..., 6:], axis=-1)
-    here = window[..., 5]
-    part = ((here - before)[:, :1]) / (after - before)[:, :1]
-    off = np.abs(here - before - part * (after - before)).max(axis=1)
-    sane[known[5:-5]] = off < limit
-    return sane
+    return sampled_rows(flight.time, known, period, least)
 
 
 def ads_b(some: list[Flight]) -> Tracks:

@@ -21,8 +21,8 @@ import numpy as np
 import polars as pl
 
 from benchmarks.commands import fetch_collection
-from benchmarks.flights import local_cubic
 from jink.io.loading import Reading, load_files
+from jink.learn.recorded import local_cubic
 from jink.tracking.batch import tables_of
 from jink.tracking.lag import Lag
 from jink.tracking.manoeuvring import ON

@@ -21,7 +21,6 @@ SURE = dict.fromkeys(
 )  # its straight mode takes some onsets for outliers: up to this share
 UNFIT = {
     "nnvsmm": "its network was trained on two axes; the sensor has 3",
-    "imm-corrected": "its correction was trained for fighter; the kind of target is aircraft",
 }
 
 

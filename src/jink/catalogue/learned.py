@@ -24,7 +24,9 @@ from .single import kalman_ca
 from .targets import KINDS
 
 LEE_SD, LEE_ACCELERATION = 500.0, 100.0  # m, m/s²: sensor and largest input of lee-2003
-CORRECTED = ("fighter",)  # kinds that have a correction in the plane; why not aircraft: docs/corrector.md
+# kinds that have a correction in the plane, and what it was trained on
+TRAINED = {"fighter": "random families", "aircraft": "random families and real flights"}
+CORRECTED = tuple(TRAINED)
 TRAINED_ON = "fighter"  # whose acceleration the rules along and across the track learned
 
 
@@ -114,7 +116,7 @@ def _aided(purpose: Purpose, name: str, what: str) -> Named:
 
 
 def imm_corrected(purpose: Purpose) -> Named:
-    """The default filter of the kind with a correction in the plane, trained on random families of the kind."""
+    """The default filter of the kind with a correction in the plane, trained on targets of the kind."""
     if purpose.axes < 2:
         raise Unfit("its correction is in the plane; the sensor measures one axis")
     if purpose.kind not in CORRECTED:
@@ -122,7 +124,7 @@ def imm_corrected(purpose: Purpose) -> Named:
     base, corrector = imm(purpose), shipped(f"corrector-{purpose.kind}").corrector
     return Named(
         filter=Corrected(base.filter, corrector),
-        words=f"{base.words}, corrected in the plane by a network trained on random families",
+        words=f"{base.words}, corrected in the plane by a network trained on {TRAINED[purpose.kind]}",
         fitted=base.fitted,
         note=base.note,
     )

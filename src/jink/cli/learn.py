@@ -58,7 +58,7 @@ class LearnRequest:
         typer.Argument(
             metavar="FILE|SCENARIO",
             show_default=False,
-            help="A file of positions with their truth, or one or several scenarios (with commas).",
+            help="A file of positions with their truth (corrector: also without), or scenarios (with commas).",
             autocompletion=completed_from("scenarios"),
         ),
     ]
@@ -227,7 +227,8 @@ class LearnRequest:
         typer.Option(
             metavar="N",
             rich_help_panel=NETWORKS,
-            help="Random families of targets that a corrector is learned on, besides the data. Default: 1000.",
+            help="Random families of targets that a corrector is learned on, besides the data. "
+            "Default: 1000; with recorded tracks: 1200.",
         ),
     ] = None
     checkpoint: Annotated[

@@ -105,6 +105,20 @@ def race_on_file(
     Errors: InputError where no row can be scored.
     """
     recording = read(path, kind, seed, columns, positions)
+    return race_on(recording, path, names, seed=seed, progress=progress, guests=guests, more=more)
+
+
+def race_on(
+    recording: Recording,
+    path: str,
+    names: list[str],
+    *,
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+    guests: Sequence[Entrant] = (),
+    more: Mapping[str, Callable[[Purpose], Named]] | None = None,
+) -> Race:
+    """The race on what was read of a file; see :func:`race_on_file`."""
     entrants: dict[str, Entrant] = {guest.name: guest for guest in guests}
     skipped = (
         {"rows": f"{recording.left_out} rows are left out because they have another number of axes"}

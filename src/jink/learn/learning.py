@@ -13,6 +13,7 @@ import numpy as np
 
 from ..catalogue.purpose import Unfit
 from ..catalogue.registry import FILTERS, canonical
+from ..catalogue.targets import kind_of
 from ..checks import unknown
 from ..compare.entrants import SUFFIX, Entrant
 from ..compare.filter_files import from_file as filter_from_file
@@ -34,6 +35,7 @@ OWN_INPUTS = "simulated targets, one input for each mode"
 METRICS = ("position_rmse", "velocity_rmse")
 FEWEST = 4  # tracks: at least one of them validates
 VALIDATION = 0.25
+WORSE = "the learned filter is worse than the measurements themselves on held-out data"
 OFF = 2.0  # times the estimated noise: so far apart measurements and truth need a word
 NEEDED = {"position": "px=COLUMN (py, pz)", "velocity": "vx=COLUMN (vy, vz)"}
 
@@ -107,13 +109,16 @@ def learn(
     """Learn a filter of this kind, one of ``jink.learn.recipes.RECIPES``, on a scenario's training runs or a file with
     truth.
 
-    truth, columns as for ``jink.fit.fit``; kind of a file's targets; base: the filter to be aided, a name of
+    A corrector also learns on a file without truth: its smoothed positions are the truth then, and random radars see
+    them. truth, columns as for ``jink.fit.fit``; kind of a file's targets; base: the filter to be aided, a name of
     ``FILTERS``, a file or a filter; how: what :class:`jink.learn.how.How` takes. Of the data learned on, a quarter
     validates. Errors: InputError (a ValueError).
     """
     if name not in RECIPES:
         raise InputError(unknown("learned filter", name, RECIPES))
     if isinstance(data, str) and truth is None and Path(data).is_file():
+        if name == "corrector" and SIMULATED_TRUTH["px"] not in open_table(Path(data)).names:
+            return _from_recorded(data, columns, kind or "aircraft", seed, how)
         truth = _simulated_truth(data)
     training = training_data(
         data,
@@ -167,6 +172,40 @@ def learn(
         },
     )
     learned.warnings = _warnings(learned, known, training)
+    return learned
+
+
+def _from_recorded(
+    path: str, columns: Mapping[str, str] | None, kind: str, seed: int, how: Mapping[str, Any]
+) -> Learned:
+    """A corrector of recorded tracks. Errors: InputError."""
+    from .plane_recorded import corrector, race
+
+    asked = How(**{"acceleration": kind_of(kind).acceleration, "kind": kind, **how}, seed=seed)
+    began, cpu = clock.perf_counter(), clock.process_time()
+    try:
+        filter, recording = corrector(path, asked, columns)
+    except (ValueError, TypeError) as error:
+        raise InputError(f"corrector: {error}") from None
+    seconds, cpu = clock.perf_counter() - began, clock.process_time() - cpu
+    said = filter.corrector.trained
+    assert said is not None
+    entrants = [
+        Entrant(name=LEARNED, words="corrector, learned", filter=filter, fitted="other targets of this file"),
+        Entrant(name=BASE, words="the same filter without the learned correction", filter=filter.filter_),
+    ]
+    found = race(recording, path, asked, entrants)
+    learned = Learned(
+        filter=filter,
+        name="corrector",
+        race=found,
+        training=said.data,
+        seconds=seconds,
+        cpu_seconds=cpu,
+        record={"scenario": path, "seed": seed, "runs": found.runs, "apart": "seed", "noise": "of radars"},
+    )
+    if found.worse_than_raw(LEARNED):
+        learned.warnings.append(WORSE)
     return learned
 
 
@@ -266,5 +305,5 @@ def _warnings(learned: Learned, runs: Runs, training: Training) -> list[str]:
     if len(runs) < 20 or rows < 2000:
         said.append(f"little data: {len(runs)} tracks, {rows:,} scans with truth")
     if learned.race.worse_than_raw(LEARNED):
-        said.append("the learned filter is worse than the measurements themselves on held-out data")
+        said.append(WORSE)
     return said

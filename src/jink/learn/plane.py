@@ -33,7 +33,8 @@ def drawn(kind: str, families: int, seed: int, progress: Callable[[str, int, int
         sd = float(scenario.observation.sensor.sd)  # type: ignore[union-attr]
         filter = default_filter(kind, scenario.observation.sensor)
         time = np.broadcast_to(made.time, made.z.shape[:2])
-        out.append(pairs_of(filter, time, made.z, sd**2 * np.eye(2), made.truth.position, made.truth.velocity))
+        truth = made.truth.position, made.truth.velocity, made.truth.acceleration
+        out.append(pairs_of(filter, time, made.z, sd**2 * np.eye(2), *truth, weighing=SPREADS[kind].weighing))
         if progress:
             progress("simulating families", k + 1, families)
     return out
@@ -80,7 +81,8 @@ def fit_plane(
         if progress:
             progress(f"epoch, least loss {kept.loss:.4f}", epoch + 1, epochs)
     layers = dict(zip(PlaneCorrector.LAYERS, (np.asarray(v, dtype=float) for v in kept.value), strict=True))
-    return PlaneCorrector(**{k: np.asarray(v).tolist() for k, v in (given | layers).items()})
+    arrays = {k: np.asarray(v).tolist() for k, v in (given | layers).items()}
+    return PlaneCorrector(**arrays, fade=SPREADS[kind].fade)
 
 
 def left_over(corrector: PlaneCorrector, pairs: Pairs) -> tuple[float, float]:

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..models.plane_corrector import PlaneCorrector
 from ..models.sensor import Position
 from ..scenarios.random import RandomAccelerations, RandomTurns
 from ..scenarios.scenario import Scenario
 from ..scenarios.sensing import Observation, Schedule
+from .plane_inputs import PLAIN, Weighing
 
 RATIO = (0.05, 5.0)  # a T²/σ
 SCANS, RUNS = 140, 8  # of a family
@@ -23,7 +25,8 @@ class Spread:
     hardest (m/s²): the acceleration of the kind; pull: the hardest of a family over it; interval (s) between scans; sd
     (m) of positions, within which a T²/σ is held; speed (m/s); quiet and busy (s): mean lengths of legs; noise: process
     noise over the hardest acceleration. straight: share of families that never manoeuvre. usual: share of families near
-    the middle.
+    the middle. harder: share of families that are those of fighters, for which the kind's filter is not made.
+    weighing: what squares of errors count. fade: as of ``PlaneCorrector``.
     """
 
     hardest: float
@@ -36,6 +39,9 @@ class Spread:
     noise: tuple[float, float]
     straight: float
     usual: float
+    harder: float = 0.0
+    weighing: Weighing = PLAIN
+    fade: float = PlaneCorrector.fade
 
 
 SPREADS = {
@@ -55,13 +61,16 @@ SPREADS = {
         hardest=3.0,
         pull=(0.1, 1.5),
         interval=(0.8, 13.0),
-        sd=(5.0, 500.0),
+        sd=(4.0, 500.0),
         speed=(60.0, 270.0),
         quiet=(40.0, 600.0),
         busy=(10.0, 60.0),
         noise=(0.003, 0.1),
         straight=0.2,
         usual=0.0,
+        harder=0.45,
+        weighing=Weighing(turning=0.5, cap=5.0),
+        fade=0.1,
     ),
 }
 
@@ -69,8 +78,10 @@ SPREADS = {
 def family(kind: str, rng: np.random.Generator) -> Scenario:
     """One family: targets that draw accelerations or turns, and a sensor."""
     s = SPREADS[kind]
+    if s.harder and rng.uniform() < s.harder:
+        s = SPREADS["fighter"]
     if rng.uniform() < s.usual:
-        return _usual(kind, rng)
+        return _usual(s.hardest, kind, rng)
 
     def drawn(low: float, high: float) -> float:
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
@@ -90,9 +101,8 @@ def family(kind: str, rng: np.random.Generator) -> Scenario:
     return _seen(_turns(speed, quiet, busy, fastest / 6, fastest, noise, seconds), sd, interval, kind)
 
 
-def _usual(kind: str, rng: np.random.Generator) -> Scenario:
+def _usual(hardest: float, kind: str, rng: np.random.Generator) -> Scenario:
     """Scans every second or so of a sensor as in the published scenarios: within a factor of two of those families."""
-    hardest = SPREADS[kind].hardest
 
     def about(value: float, factor: float = 1.4) -> float:
         return value * factor ** float(rng.uniform(-1.0, 1.0))

@@ -11,6 +11,8 @@ from ..checks import Array
 from ..estimate import Status
 
 FIRST = 5  # scans of a track that are not learned from
+TURNING = 1.5  # m/s²: a target that accelerates more in the plane
+FEWEST_TURNING = 50  # rows
 # as core/scan/plane_corrector.hpp has them
 FAST, SLOW, AVERAGE, MOST, FASTEST = 0.6, 0.85, 0.04, 10.0, 6.0
 
@@ -40,6 +42,19 @@ class Pairs:
         return Pairs(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
+@dataclass(frozen=True, kw_only=True)
+class Weighing:
+    """What the square of an error counts. turning: share of all squares that is of turning targets; cap: NEES over 4 at
+    which a square counts half, so that a few lost tracks do not decide.
+    """
+
+    turning: float = 0.0
+    cap: float = np.inf
+
+
+PLAIN = Weighing()
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Watched:
     """Of each scan of many tracks (B, S): the combined estimate before and after it, and the modes' probabilities."""
@@ -60,8 +75,11 @@ class Watched:
         return getattr(self, when)[..., at], P[..., at, :][..., at]
 
 
-def watch(filter: Any, time: Array, z: Array) -> Watched:
-    """Run a filter over time (B, S) and z (B, S, axes), every scan once without its measurement and once with it."""
+def watch(filter: Any, time: Array, z: Array, covariance: Array | None = None) -> Watched:
+    """Run a filter over time (B, S) and z (B, S, axes), every scan once without its measurement and once with it.
+
+    covariance (B, S, axes, axes) of z, where it is not the sensor's.
+    """
     B, S, axes = z.shape
     doubled = np.full((B, S, 2, axes), np.nan)
     doubled[:, :, 1] = z
@@ -69,6 +87,7 @@ def watch(filter: Any, time: Array, z: Array) -> Watched:
         np.repeat(time.reshape(-1), 2),
         doubled.reshape(-1, axes),
         offsets=np.arange(B + 1) * 2 * S,
+        covariance=None if covariance is None else np.repeat(covariance.reshape(-1, axes, axes), 2, axis=0),
         threads=1,
         outputs=("x", "P", "status", "mode_probability"),
     )
@@ -85,13 +104,22 @@ def watch(filter: Any, time: Array, z: Array) -> Watched:
     )
 
 
-def pairs_of(filter: Any, time: Array, z: Array, R: Array, position: Array, velocity: Array) -> Pairs:
-    """Rows of tracks with their truth in the plane (B, S, 2); R (2, 2) of the measurements.
+def pairs_of(
+    filter: Any,
+    time: Array,
+    z: Array,
+    R: Array,
+    position: Array,
+    velocity: Array,
+    acceleration: Array | None = None,
+    weighing: Weighing = PLAIN,
+) -> Pairs:
+    """Rows of tracks with their truth in the plane (B, S, 2); R (2, 2) of the measurements, or (B, S, axes, axes).
 
     Squares count so that all tracks together weigh two, half of it for the position, per row.
     """
-    seen = watch(filter, time, z)
-    even, odd, e, n = inputs_of(seen, time, z, R)
+    seen = watch(filter, time, z, R if R.ndim > 2 else None)
+    even, odd, e, n = inputs_of(seen, time, z, R[..., :2, :2])
     (p, Pp), (v, Pv) = seen.block("p"), seen.block("v")
     off = position - p, velocity - v
     good = (seen.status == Status.updated) & np.isfinite(off[0] + off[1] + z[..., :2]).all(axis=-1)
@@ -99,17 +127,35 @@ def pairs_of(filter: Any, time: Array, z: Array, R: Array, position: Array, velo
     units = [np.sqrt(_form(P, d, d)) for P in (Pp, Pv) for d in (e, n)]
     unit = np.stack(units, axis=-1)[good]
     error = np.stack([(o * d).sum(axis=-1) for o in off for d in (e, n)], axis=-1)[good] / unit
-    mean = [np.mean((o[good] ** 2).sum(axis=-1)) for o in off]
     at = [seen.names.index(letter + axis) for letter in "pv" for axis in "xy"]
     J = np.zeros((*e.shape[:2], 4, 4))  # to along and across
     for k in (0, 2):
         J[..., k, k : k + 2], J[..., k + 1, k : k + 2] = e, n
     J = J[good] / unit[:, :, None]
     P = J @ seen.P_after[good][:, at][:, :, at] @ J.swapaxes(1, 2)
-    columns = even[good], odd[good], error, unit**2 / np.repeat(mean, 2), np.linalg.inv(P)
+    inverse = np.asarray(np.linalg.inv(P), dtype=float)
+    turning = None if acceleration is None else np.hypot(*np.moveaxis(acceleration[good], -1, 0)) > TURNING
+    mean = _means([(o[good] ** 2).sum(axis=-1) for o in off], error, inverse, turning, weighing)
+    columns = even[good], odd[good], error, unit**2 / np.repeat(mean, 2, axis=-1), inverse
     names = ("even", "odd", "error", "weight", "inverse")
     narrow: dict[str, Any] = {name: a.astype(np.float32) for name, a in zip(names, columns, strict=True)}
     return Pairs(**narrow)
+
+
+def _means(squares: list[Array], error: Array, inverse: Array, turning: np.ndarray | None, weighing: Weighing) -> Array:
+    """What a square of position and of velocity is divided by in each row, (N, 2)."""
+    nees = np.einsum("ni,nij,nj->n", error, inverse, error) / 4
+    out = []
+    for square in squares:
+        mean = np.full(len(square), square.mean())
+        if weighing.turning and turning is not None and turning.sum() >= FEWEST_TURNING:
+            of_turns = square[turning].sum() / len(square)
+            mean = 1.0 / ((1.0 - weighing.turning) / mean + weighing.turning * turning / of_turns)
+        if np.isfinite(weighing.cap):
+            mean = mean * (1.0 + nees / weighing.cap)
+            mean = mean * (square / mean).mean()
+        out.append(mean)
+    return np.stack(out, axis=-1)
 
 
 def _form(M: Array, a: Array, b: Array) -> Array:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from typing import Any
 
 from ...catalogue.choose import default_filter
-from ...catalogue.learned import CORRECTED
 from ...filters.corrected import Corrected
+from ...learn.learning import learn
 from ...learn.plane import FEWEST, drawn, fit_plane, left_over
 from ...learn.plane_inputs import Pairs
 from ...models.provenance import VERSION, Trained
@@ -15,6 +16,7 @@ from ...models.sensor import Position
 from .trainer import Trainer
 
 SETTINGS: dict[str, Any] = {"families": 2500, "hidden": 48, "epochs": 40}
+RECORDED = "JINK_FLIGHTS"  # in the environment: the quickstart collection of the package traffic
 QUICK: dict[str, Any] = {"families": FEWEST, "hidden": 4, "epochs": 1}
 
 
@@ -38,4 +40,21 @@ def corrector(kind: str) -> Trainer:
     return make
 
 
-MODELS: dict[str, Trainer] = {f"corrector-{kind}": corrector(kind) for kind in CORRECTED}
+def of_recorded(kind: str) -> Trainer:
+    """As `jink learn corrector FILE --kind KIND` makes it of recorded tracks; the file is named by ``RECORDED``."""
+
+    def make(seed: int, quick: bool) -> Corrected:
+        if quick:
+            return corrector(kind)(seed, True)
+        path = os.environ.get(RECORDED)
+        if not path:
+            raise ValueError(f"corrector-{kind}: name the file of recorded tracks that it learns on in {RECORDED}")
+        return learn("corrector", path, kind=kind, seed=seed).filter
+
+    return make
+
+
+MODELS: dict[str, Trainer] = {
+    "corrector-fighter": corrector("fighter"),
+    "corrector-aircraft": of_recorded("aircraft"),
+}
