@@ -27,6 +27,8 @@ void run(const Engine &engine, nb::ndarray<const double, nb::c_contig> time, nb:
 }  // namespace
 
 NB_MODULE(JINK_MODULE, module) {
+    // what lives until the process ends is no leak: the command line looks for no garbage then
+    nb::set_leak_warnings(false);
     bind_declarations(module);
     bind_stepwise(module);
     bind_population(module);

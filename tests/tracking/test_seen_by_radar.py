@@ -43,6 +43,19 @@ def test_x_and_y_of_a_radar_have_the_noise_of_range_and_azimuth():
     assert both < 0.95 * plain and both < 1.03 * polar
 
 
+@pytest.mark.parametrize("named", [False, True])
+def test_a_plot_at_the_radar_itself_has_a_covariance(named):
+    table, _ = seen()
+    table[50, "x"] = table[50, "y"] = table[50, "range"] = 0.0
+    if named:
+        site = SiteFrame(48.0, 11.0, 0.0)
+        latitude, longitude, *_ = site.to_geographic(table["x"].to_numpy(), table["y"].to_numpy(), None)
+        places = {"latitude": latitude, "longitude": longitude}
+        table = table.select("target", "time").with_columns(**{k: pl.Series(v) for k, v in places.items()})
+    done = jink.track(table, details=True, **({"site": (48.0, 11.0, 0.0)} if named else {}))
+    assert "range_sd" in done.summary["noise"][0] and done.tracks.height == table.height
+
+
 def test_given_noises_are_taken():
     table, _ = seen()
     line = jink.track(table, sensor_sd={"range": 50.0, "azimuth": 2e-3}, details=True).summary["noise"][0]

@@ -83,7 +83,8 @@ def covariances(
         return None
     sight = np.stack([np.sin(direction), np.cos(direction)], axis=1)
     normal = np.stack([np.cos(direction), -np.sin(direction)], axis=1)
-    length, width = along[group] ** 2, (reach * across[group]) ** 2
+    # at the radar itself no direction is left: a plot within the error of its range counts as that far away
+    length, width = along[group] ** 2, (np.maximum(reach, along[group]) * across[group]) ** 2
     R = sight[:, :, None] * sight[:, None, :] * length[:, None, None]
     R += normal[:, :, None] * normal[:, None, :] * width[:, None, None]
     if certain:
@@ -103,7 +104,7 @@ def _likelier(
     directions, or than the other noise (N, 2, 2).
     """
     d, index = third_differences(time, values, starts)
-    reach, even = values[index, 0], float(MEDIAN * np.median(np.abs(d[:, 2:])))
+    reach, even = np.maximum(values[index, 0], along), float(MEDIAN * np.median(np.abs(d[:, 2:])))
     if not even > 0:
         return False
     radar = _loss(d[:, 0], along) + _loss(reach * d[:, 1], reach * across)
