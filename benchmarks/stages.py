@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import resource
 import statistics
 import subprocess
 import sys
@@ -18,6 +19,7 @@ FLIGHTS = Path(__file__).parents[1] / "examples" / "flights.parquet"
 COPIES = 8  # of the example's flights: some 335,000 rows
 BESIDES = ("read", "recognise", "clean", "place", "write")  # what is neither noise, nor filter, nor the table it makes
 LIMITS = {"parquet": 2.5, "csv": 5.0, "jsonl": 5.0}  # µs of CPU a row for these together
+START = "start and end"  # of the process, outside of what `--timings` shows
 WHOLE = {"parquet": 5.0, "parquet, smoothed": 8.0}  # and for all, process start included
 
 
@@ -49,12 +51,20 @@ def _files(folder: Path, copies: int) -> dict[str, Path]:
 
 
 def _once(path: Path, folder: Path, *more: str) -> dict[str, float]:
-    """µs of CPU a row of each stage."""
+    """µs of CPU a row of each stage, and of what Python takes before and after them."""
     command = [sys.executable, "-m", "jink", "track", str(path), "-o", str(folder / f"out{path.suffix}")]
     command += ["--json", "--timings", *more]
+    before = _of_children()
     done = subprocess.run(command, capture_output=True, text=True, check=True, env=installed_environment())
-    summary = json.loads(done.stdout)
-    return {name: 1e6 * figure["cpu"] / summary["rows"] for name, figure in summary["timings"].items()}
+    whole, summary = _of_children() - before, json.loads(done.stdout)
+    stages = {name: figure["cpu"] for name, figure in summary["timings"].items()}
+    stages[START] = whole - sum(stages.values())
+    return {name: 1e6 * seconds / summary["rows"] for name, seconds in stages.items()}
+
+
+def _of_children() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def rows(found: dict[str, Sequence[dict[str, float]]]) -> list[Row]:
