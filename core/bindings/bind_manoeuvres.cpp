@@ -8,7 +8,6 @@ namespace {
 
 using Column = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Columns = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Numbers = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 constexpr double unknown = 1e12;  // (m/s^2)^2: the variance of an acceleration of which nothing is known
 constexpr double brief = 1e-3;    // s: over less than that a velocity does not change
@@ -94,7 +93,7 @@ Pack manoeuvring(const Direction &of, const double *time, const double *mode, co
 }
 
 // Of rows 0 to M - 1 the probability (M,) that the mean acceleration between the rows first (M,) and last (M,) exceeds a threshold.
-nb::object manoeuvring_of(Column time, Numbers first, Numbers last, Column mode, Columns velocity, Column variance, std::optional<Columns> acceleration,
+nb::object manoeuvring_of(Column time, Indices first, Indices last, Column mode, Columns velocity, Column variance, std::optional<Columns> acceleration,
                           std::optional<Column> spread, double window, double straight, double threshold) {
     const std::size_t rows = time.size(), count = first.size(), components = velocity.shape(0);
     bool fits = last.size() == count && count <= rows && mode.size() == rows && velocity.shape(1) == rows && variance.size() == rows;
