@@ -10,7 +10,8 @@ double *target(const nb::object &array) { return array.is_none() ? nullptr : nb:
 
 void run(const Engine &engine, nb::ndarray<const double, nb::c_contig> time, nb::ndarray<const double, nb::c_contig> z, int columns,
          nb::ndarray<const std::int64_t, nb::c_contig> offsets, nb::object sensor, nb::object noise, bool full_noise, nb::object input,
-         nb::object prior_x, nb::object prior_P, nb::list results, nb::object status, bool smooth, nb::object until, int threads) {
+         nb::object prior_x, nb::object prior_P, nb::list results, nb::object status, nb::list covariances, bool smooth, nb::object until,
+         int threads) {
     BatchInput in{time.data(), z.data(), columns, offsets.data(), std::int64_t(offsets.size()) - 1};
     if (!sensor.is_none()) in.sensor = nb::cast<nb::ndarray<const std::int32_t, nb::c_contig>>(sensor).data();
     in.noise = pointer(noise), in.full_noise = full_noise, in.input = pointer(input);
@@ -20,6 +21,7 @@ void run(const Engine &engine, nb::ndarray<const double, nb::c_contig> time, nb:
     double **slots[] = {&out.x, &out.P, &out.mode_probability, &out.log_likelihood, &out.log_likelihood_scan, &out.nis, &out.nis_dof, &out.pit};
     for (int k = 0; k < 8; ++k) *slots[k] = target(nb::object(results[k]));
     if (!status.is_none()) out.status = nb::cast<nb::ndarray<unsigned char, nb::c_contig>>(status, false).data();
+    for (nb::handle each : covariances) out.covariances.push_back({nb::cast<int>(each[0]), nb::cast<int>(each[1]), target(nb::object(each[2]))});
     nb::gil_scoped_release released;
     run_batch(*engine.pack, in, out, smooth, threads);
 }
@@ -47,7 +49,7 @@ NB_MODULE(JINK_MODULE, module) {
              },
              "declaration"_a)
         .def("run", run, "time"_a, "z"_a, "columns"_a, "offsets"_a, "sensor"_a.none(), "noise"_a.none(), "full_noise"_a, "input"_a.none(),
-             "prior_x"_a.none(), "prior_P"_a.none(), "results"_a, "status"_a.none(), "smooth"_a, "until"_a.none(), "threads"_a);
+             "prior_x"_a.none(), "prior_P"_a.none(), "results"_a, "status"_a.none(), "covariances"_a, "smooth"_a, "until"_a.none(), "threads"_a);
     bind_live(module, engine);
     bind_slots(module, engine);
     bind_association(module, engine);

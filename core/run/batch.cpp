@@ -13,7 +13,7 @@ class Runner {
     Runner(const Composition<Pack> &composition, const BatchInput &input, const BatchOutput &output, bool smoothed)
         : c(composition), in(input), out(output), smoothing(smoothed), step(c), combine(c), aid(c), state(c), rows(in, c.declared.axes()),
           total_rows(in.offsets[in.tracks]), x(out.x, total_rows, c.reported.n), P(out.P, total_rows, c.reported.n, true),
-          mu(out.mode_probability, total_rows, c.members()), likelihood(out.log_likelihood_scan, total_rows, 1), nis(out.nis, total_rows, 1),
+          some(out.covariances, total_rows), mu(out.mode_probability, total_rows, c.members()), likelihood(out.log_likelihood_scan, total_rows, 1), nis(out.nis, total_rows, 1),
           dof(out.nis_dof, total_rows, 1), pit(out.pit, total_rows, in.columns), members(c.members()) {}
 
     void run(const std::int64_t *tracks, int used) {
@@ -41,7 +41,9 @@ class Runner {
     TrackState<Pack> state;
     Rows rows;
     std::int64_t total_rows;
-    Column x, P, mu, likelihood, nis, dof, pit;
+    Column x, P;
+    Elements some;  // of P
+    Column mu, likelihood, nis, dof, pit;
     std::vector<Record<Pack>> records;
     Spare<Pack> spare;
     std::vector<Pack> members;  // probabilities of the whole set of modes
@@ -98,11 +100,12 @@ class Runner {
     }
 
     void estimate(int k, const Pack *arena, const Pack *probability, Mask<Pack> started, const std::vector<Pack> &alive) {
-        if (x.wanted() || P.wanted()) {
-            combine(arena, probability, xs, P.wanted() ? Ps : nullptr);
-            if (!smoothing) corrected(aid.correction, xs, P.wanted() ? Ps : nullptr);
+        if (x.wanted() || covariances()) {
+            combine(arena, probability, xs, covariances() ? Ps : nullptr);
+            if (!smoothing) corrected(aid.correction, xs, covariances() ? Ps : nullptr);
             if (x.wanted()) x.put(k, xs, started);
             if (P.wanted()) P.put(k, Ps, started);
+            some.put(k, Ps, started);
         }
         if (!mu.wanted()) return;
         if (c.proposes()) step.ahead.proposal.spread(alive, probability, members.data()), probability = members.data();
@@ -111,7 +114,10 @@ class Runner {
 
     void scatter_estimates(std::int64_t from, int scans) {
         for (const Column *column : {&x, &P, &mu}) column->scatter(rows.span, from, scans);
+        some.scatter(rows.span, from, scans);
     }
+
+    bool covariances() const { return P.wanted() || some.wanted(); }
 
     // Of every scan an estimate from the rows up to in.until: each goes back from there by itself.
     void lagged(std::int64_t longest) {
@@ -141,7 +147,7 @@ class Runner {
 
     void backward(std::int64_t longest) {
         Smooth<Pack> smooth(c);
-        smooth.covariances = P.wanted();
+        smooth.covariances = covariances();
         for (std::int64_t k = longest - 1; k >= 0; --k) {
             if (k == longest - 1) smooth.last(records[k]);
             else smooth.step(records[k], records[k + 1]);

@@ -19,12 +19,19 @@ struct BatchInput {
     const std::int64_t *until = nullptr;  // smoothing with a lag: per row, the last row of its track that it uses
 };
 
+// Element (row, column) of P, of all rows: an array of its own.
+struct Covariance {
+    int row, column;
+    double *to;
+};
+
 // Where results go; null where not wanted.
 struct BatchOutput {
     double *x = nullptr, *P = nullptr, *mode_probability = nullptr;
     double *log_likelihood = nullptr;       // per track
     double *log_likelihood_scan = nullptr, *nis = nullptr, *nis_dof = nullptr, *pit = nullptr;
     unsigned char *status = nullptr;
+    std::vector<Covariance> covariances;
 };
 
 void run_batch(const Composition<Pack> &composition, const BatchInput &in, const BatchOutput &out, bool smooth, int threads);

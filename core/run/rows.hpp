@@ -173,4 +173,36 @@ class Column {
     std::vector<int> source;  // of each element among the packed values
 };
 
+// Some elements of a packed result, each on its way to an array of its own.
+class Elements {
+  public:
+    Elements(const std::vector<Covariance> &wanted, std::int64_t rows)
+        : to(wanted), large(rows > (1 << 20)), buffer(wanted.size() * block * lanes) {}
+
+    bool wanted() const { return !to.empty(); }
+    void put(int k, const Pack *values, Mask<Pack> valid) {
+        for (std::size_t e = 0; e < to.size(); ++e)
+            store(&buffer[(e * block + k) * lanes], select<Pack>(valid, values[packed(to[e].row, to[e].column)], nan_of<Pack>()));
+    }
+
+    void scatter(const Span &rows, std::int64_t from, int scans) const {
+        for (std::size_t e = 0; e < to.size(); ++e) {
+            const double *values = &buffer[e * block * lanes];
+            double *dest[lanes];
+            for (int l = 0; l < lanes; ++l) dest[l] = to[e].to + rows.start[l] + from;
+            if (rows.all_live(from, scans)) {
+                from_lanes(values, scans, dest, large);
+                continue;
+            }
+            for (int l = 0; l < lanes; ++l)
+                for (int k = 0; k < rows.live(l, from, scans); ++k) dest[l][k] = values[k * lanes + l];
+        }
+    }
+
+  private:
+    std::vector<Covariance> to;
+    bool large;  // more than the caches hold
+    std::vector<double> buffer;
+};
+
 }  // namespace jink::inline JINK_LEVEL

@@ -581,6 +581,7 @@ class Engine:
         prior_P: object | None,
         results: list,
         status: object | None,
+        covariances: list,
         smooth: bool,
         until: object | None,
         threads: int,

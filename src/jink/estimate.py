@@ -45,6 +45,21 @@ def component_index(components: tuple[str, ...], name: str) -> int:
     return components.index(name)
 
 
+def covariance_name(first: str, second: str) -> str:
+    """The output that holds the covariance of two components alone: P[px,vx]."""
+    return f"P[{first},{second}]"
+
+
+def covariance_pair(name: str, components: tuple[str, ...]) -> tuple[int, int] | None:
+    """Row and column of P that such an output names; None for another name."""
+    if not name.startswith("P[") or not name.endswith("]"):
+        return None
+    first, _, second = name[2:-1].partition(",")
+    if first not in components or second not in components:
+        return None
+    return components.index(first), components.index(second)
+
+
 class Source(Protocol):
     """The rows that an estimate was made of, and how it was made."""
 
@@ -71,12 +86,12 @@ class Source(Protocol):
 class Estimate:
     """Estimates row by row, for the outputs that were asked for; the others raise AttributeError when looked at.
 
-    x (N, n) and P (N, n, n): mean and covariance in ``components``; mode_probability (N, M) of ``modes``;
-    log_likelihood (B,) per track and log_likelihood_scan (N,) per row; nis (N,) of the moment-matched innovation with
-    nis_dof components (for several modes not exactly χ²: pit (N, m), the probability integral transform of each
-    measured component given those before it, is uniform for a consistent filter); status (N,) of :class:`Status`. NaN
-    before a track starts. non_manoeuvring: of each mode whether a target in it does not manoeuvre
-    (:mod:`jink.models.non_manoeuvring`).
+    x (N, n) and P (N, n, n): mean and covariance in ``components``, or P[px,py] (N,), one covariance by itself;
+    mode_probability (N, M) of ``modes``; log_likelihood (B,) per track and log_likelihood_scan (N,) per row; nis (N,)
+    of the moment-matched innovation with nis_dof components (for several modes not exactly χ²: pit (N, m), the
+    probability integral transform of each measured component given those before it, is uniform for a consistent
+    filter); status (N,) of :class:`Status`. NaN before a track starts. non_manoeuvring: of each mode whether a target
+    in it does not manoeuvre (:mod:`jink.models.non_manoeuvring`).
 
     ``est["vx"]`` is a component, ``est.sd("vx")`` its standard deviation. ``len(est)`` counts targets, ``est[0]`` is
     the first one's estimate, ``est[2:5]`` that of three.
@@ -195,10 +210,17 @@ class Estimate:
 
     __hash__ = None  # type: ignore[assignment] # its arrays can change
 
+    def covariance(self, first: str, second: str) -> NDArray[np.float64]:
+        """Two components' covariance, by name: of P, or an output by itself."""
+        i, j = component_index(self.components, first), component_index(self.components, second)
+        for name in (covariance_name(first, second), covariance_name(second, first)):
+            if name in self.results:
+                return self.results[name]
+        return self.P[..., i, j]
+
     def sd(self, component: str) -> NDArray[np.float64]:
         """One component's standard deviation, by name."""
-        k = component_index(self.components, component)
-        return np.sqrt(self.P[..., k, k])
+        return np.sqrt(self.covariance(component, component))
 
     def _rows(self) -> Source:
         if self.source is None:

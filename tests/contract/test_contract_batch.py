@@ -40,6 +40,23 @@ def test_batch_is_a_loop_and_threads_change_nothing(name):
     assert_array_equal(again.log_likelihood, together.log_likelihood[order])
 
 
+@claims("batch")
+def test_single_covariances_are_those_of_P(name):
+    """Bit for bit, in the order that was asked for, filtered and smoothed."""
+    t, z, offsets, _ = fleet()
+    f = build(name)
+    pairs = [("px", "px"), (f.components[-1], f.components[-1]), ("px", "vx"), ("vx", "px")]
+    names = [f"P[{first},{second}]" for first, second in pairs]
+    for verb in (f.filter, *([] if f.not_smoothed else [f.smooth])):
+        whole, alone = (verb(t, z, offsets=offsets, outputs=["status", *which]) for which in (["P"], names))
+        assert "P" not in alone.results
+        for (first, second), one in zip(pairs, names, strict=True):
+            i, j = f.components.index(first), f.components.index(second)
+            assert_array_equal(alone.results[one], whole.P[:, i, j])
+            assert_array_equal(alone.covariance(second, first), whole.covariance(first, second))
+        assert_array_equal(alone.sd("px"), whole.sd("px"))
+
+
 LEVEL_RUN = """
 import sys
 sys.path[:0] = [sys.argv[1], sys.argv[1] + "/support"]

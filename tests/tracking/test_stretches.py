@@ -9,6 +9,7 @@ import polars as pl
 import pytest
 
 import jink
+from jink.estimate import covariance_pair
 from jink.filters.axis_by_axis import AxisByAxis
 from jink.io.loading import Reading, load_frame
 from jink.tracking import batch, stretches
@@ -43,8 +44,22 @@ def both(filter: str, most: int, **settings):
     run = Stretched(one.filter, one.placed, one.covariance, smoothing, 1)
     found = [run.run(piece) for piece in pieces(one.placed.offsets, most)]
     verb = one.filter.filter if smoothing is None else one.filter.smooth
-    whole = verb(one.placed.time, one.placed.z, covariance=one.covariance, outputs=OUTPUTS)
-    return {name: np.concatenate([each.results[name] for each in found]) for name in OUTPUTS}, whole, run, len(found)
+    whole = verb(one.placed.time, one.placed.z, covariance=one.covariance, outputs=(*OUTPUTS, "P"))
+    return together(found), whole, run, len(found)
+
+
+def together(found: list[jink.Estimate]) -> dict[str, np.ndarray]:
+    return {name: np.concatenate([each.results[name] for each in found]) for name in found[0].results}
+
+
+def covariances(estimate: jink.Estimate, names) -> dict[str, np.ndarray]:
+    """Those of P among the names."""
+    pairs = {name: covariance_pair(name, estimate.components) for name in names}
+    return {name: estimate.P[:, pair[0], pair[1]] for name, pair in pairs.items() if pair}
+
+
+def sds(estimate: jink.Estimate) -> np.ndarray:
+    return np.stack([estimate.sd(name) for name in estimate.components], axis=1)
 
 
 @pytest.mark.parametrize("smooth", [False, True])
@@ -54,9 +69,12 @@ def test_stretches_have_the_estimates_of_the_whole_part(filter, smooth):
         return
     found, whole, _, count = both(filter, 2_000, smooth=smooth)
     assert count == 5
-    sd = np.sqrt(np.einsum("nii->ni", whole.P))
-    assert np.nanmax(np.abs(found["x"] - whole.x) / sd) < 1e-9
-    assert np.nanmax(np.abs(found["P"] - whole.P) / (sd[:, :, None] * sd[:, None, :])) < 1e-9
+    assert np.nanmax(np.abs(found["x"] - whole.x) / sds(whole)) < 1e-9
+    wanted = covariances(whole, found)
+    assert len(wanted) > len(whole.components)
+    for name, value in wanted.items():
+        spread = np.multiply(*(whole.sd(each) for each in name[2:-1].split(",")))
+        assert np.nanmax(np.abs(found[name] - value) / spread) < 1e-9
     assert np.nanmax(np.abs(found["mode_probability"] - whole.mode_probability)) < 1e-9
     np.testing.assert_array_equal(found["status"], whole.status)
 
@@ -65,7 +83,7 @@ def test_an_overlap_that_is_too_short_grows(monkeypatch):
     monkeypatch.setattr(stretches, "OVERLAP", 4)
     found, whole, run, _ = both("imm", 2_000)
     assert run.overlap > 4
-    assert np.nanmax(np.abs(found["x"] - whole.x) / np.sqrt(np.einsum("nii->ni", whole.P))) < 1e-9
+    assert np.nanmax(np.abs(found["x"] - whole.x) / sds(whole)) < 1e-9
 
 
 def too_short(monkeypatch):
@@ -89,8 +107,8 @@ def test_a_filter_that_remembers_too_long_carries_its_state(monkeypatch, filter)
     monkeypatch.setattr(stretches.Carried, "run", lambda self, of, some: rows.append(some) or once(self, of, some))
     found, whole, _, count = both(filter, 2_000)
     assert count == 5 and np.concatenate([np.arange(ROWS)[some] for some in rows]).tolist() == list(range(ROWS))
-    for name in OUTPUTS:
-        np.testing.assert_array_equal(found[name], whole.results[name])
+    for name, value in {**{name: whole.results[name] for name in OUTPUTS}, **covariances(whole, found)}.items():
+        np.testing.assert_array_equal(found[name], value)
 
 
 def test_a_filter_of_ones_own_carries_its_state_row_by_row(monkeypatch):
@@ -101,9 +119,10 @@ def test_a_filter_of_ones_own_carries_its_state_row_by_row(monkeypatch):
     filter, covariance = AxisByAxis(along, 2), np.full((ROWS, 2), 400.0)
     run = Stretched(filter, one.placed, covariance, None, 1)
     found = [run.run(piece) for piece in pieces(one.placed.offsets, 2_000)]
-    whole = filter.filter(one.placed.time, one.placed.z, covariance=covariance, outputs=OUTPUTS)
-    for name in ("x", "P", "status"):
-        np.testing.assert_array_equal(np.concatenate([each.results[name] for each in found]), whole.results[name])
+    whole = filter.filter(one.placed.time, one.placed.z, covariance=covariance, outputs=(*OUTPUTS, "P"))
+    joined = together(found)
+    for name, value in {"x": whole.x, "status": whole.status, **covariances(whole, joined)}.items():
+        np.testing.assert_array_equal(joined[name], value)
 
 
 def test_a_state_is_carried_from_a_piece_in_the_middle(monkeypatch):
@@ -115,8 +134,7 @@ def test_a_state_is_carried_from_a_piece_in_the_middle(monkeypatch):
     monkeypatch.setattr(stretches, "CHUNK", 1_500)
     run.overlap = 16
     last = run.run(cut[-1])
-    sd = np.sqrt(np.einsum("nii->ni", last.P))
-    assert np.nanmax(np.abs(found["x"][cut[-1].rows] - last.x) / sd) < 1e-9
+    assert np.nanmax(np.abs(found["x"][cut[-1].rows] - last.x) / sds(last)) < 1e-9
 
 
 def test_far_away_stretches_agree_as_far_as_digits_go(monkeypatch):

@@ -218,7 +218,8 @@ def read(
         group = in_metres(group, kind)
     placed = group.placed
     owner = placed.rows["target"].to_numpy().astype(str)[placed.offsets[:-1]]
-    tracks = Tracks(placed.time, placed.z, placed.offsets, group.covariance, owner=owner)
+    covariance = None if group.covariance is None else np.asarray(group.covariance)
+    tracks = Tracks(placed.time, placed.z, placed.offsets, covariance, owner=owner)
     fitting, scored, unit, units, fitted = _halves(tracks, seed)
     if sampled:
         fitted = fitted.replace("this file", sampled)

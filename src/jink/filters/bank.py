@@ -238,9 +238,9 @@ class Bank:
         1,), track b owning rows offsets[b] to offsets[b+1]; sensor (N,) index of each row's sensor; covariance (N, m,
         m), or (N, m) variances, of each row instead of the sensor's; input (N, axes) known acceleration (m/s²) since
         the row before; initial a :class:`jink.Prior` instead of the filter's own start; threads defaults to all cores;
-        outputs names what to return; out is an estimate of the same shapes to write into, which saves the system's
-        clearing of new memory when filtering again and again. Errors: ValueError or TypeError naming the argument, and
-        the row where there is one.
+        outputs names what to return, where ``P[px,vx]`` is one covariance by itself; out is an estimate of the same
+        shapes to write into, which saves the system's clearing of new memory when filtering again and again. Errors:
+        ValueError or TypeError naming the argument, and the row where there is one.
         """
         batch = self._batch(time, z, offsets, sensor, covariance, input, initial)
         return self._run(batch, threads, outputs, out)
@@ -393,18 +393,18 @@ class Bank:
         smooth: bool = False,
         until: NDArray[np.int64] | None = None,
     ) -> Estimate:
-        results, slots, status = allocate(
+        slots = allocate(
             outputs,
             out,
             rows=batch.rows,
             tracks=batch.tracks,
-            components=len(self.components),
+            components=self.components,
             modes=len(self.motions),
             columns=self.columns,
         )
-        self.engine.run(*batch.arguments(), slots, status, smooth, until, thread_count(threads))
-        source = BatchSource(self, batch, smooth, tuple(results), until is not None)
-        return Estimate(self.components, self.modes, results, self.non_manoeuvring, source=source)
+        self.engine.run(*batch.arguments(), *slots[1:], smooth, until, thread_count(threads))
+        source = BatchSource(self, batch, smooth, tuple(slots.results), until is not None)
+        return Estimate(self.components, self.modes, slots.results, self.non_manoeuvring, source=source)
 
 
 def _made_again(kind: type[Bank], args: tuple[Any, ...], options: dict[str, Any], fitted: dict[str, object]) -> Bank:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..checks import Array, items
-from ..estimate import Estimate
+from ..estimate import Estimate, covariance_pair
 from .memory import empty
 
 OUTPUTS = (
@@ -24,7 +24,17 @@ OUTPUTS = (
     "status",
 )
 DEFAULT_OUTPUTS = tuple(name for name in OUTPUTS if name != "pit")
-Slots = tuple[dict[str, NDArray[Any]], list[Array | None], NDArray[np.uint8] | None]
+
+
+class Slots(NamedTuple):
+    """Results by name; the same in the engine's order, None where not wanted; the status; and single covariances by
+    row and column of P.
+    """
+
+    results: dict[str, NDArray[Any]]
+    arrays: list[Array | None]
+    status: NDArray[np.uint8] | None
+    covariances: list[tuple[int, int, Array]]
 
 
 def allocate(
@@ -33,22 +43,23 @@ def allocate(
     *,
     rows: int,
     tracks: int,
-    components: int,
+    components: tuple[str, ...],
     modes: int,
     columns: int,
 ) -> Slots:
-    """Results by name, the same in the engine's order (None where not wanted), and the status.
-
-    Errors: ValueError for an unknown output, or an ``out`` without an array of the shape and type that is wanted.
+    """Where results go. Errors: ValueError for an unknown output, or an ``out`` without an array of the shape and type
+    that is wanted.
     """
     wanted = DEFAULT_OUTPUTS if outputs is None else items("outputs", outputs, "names of outputs")
     if out is not None and not isinstance(getattr(out, "results", None), dict):
         raise TypeError(f"out: expected an estimate to write into, got {type(out).__name__}")
-    unknown = [name for name in wanted if not isinstance(name, str) or name not in OUTPUTS]
+    pairs = {name: covariance_pair(name, components) for name in wanted if isinstance(name, str)}
+    unknown = [name for name in wanted if not isinstance(name, str) or not (name in OUTPUTS or pairs[name])]
     if unknown:
-        raise ValueError(f"outputs: {unknown[0]!r} is not one of {', '.join(OUTPUTS)}")
-    shapes: dict[str, tuple[int, ...]] = {name: (rows,) for name in OUTPUTS}
-    shapes["x"], shapes["P"] = (rows, components), (rows, components, components)
+        known = ", ".join(OUTPUTS)
+        raise ValueError(f"outputs: {unknown[0]!r} is not one of {known}, or a covariance such as P[px,py]")
+    shapes: dict[str, tuple[int, ...]] = {name: (rows,) for name in (*OUTPUTS, *pairs)}
+    shapes["x"], shapes["P"] = (rows, len(components)), (rows, len(components), len(components))
     shapes["mode_probability"], shapes["pit"] = (rows, modes), (rows, columns)
     shapes["log_likelihood"] = (tracks,)
     old = out.results if out is not None else {}
@@ -58,10 +69,10 @@ def allocate(
         name: old[name] if name in old else empty(shapes[name]) for name in wanted if name != "status"
     }
     status = old.get("status", np.empty(rows, dtype=np.uint8)) if "status" in wanted else None
-    slots: list[Array | None] = [results.get(name) for name in OUTPUTS[:-1]]
+    arrays: list[Array | None] = [results.get(name) for name in OUTPUTS[:-1]]
     if status is not None:
         results["status"] = status
-    return results, slots, status
+    return Slots(results, arrays, status, [(*pair, results[name]) for name, pair in pairs.items() if pair])
 
 
 def _check_old(name: str, array: Any, shape: tuple[int, ...]) -> None:

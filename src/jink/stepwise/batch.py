@@ -27,6 +27,7 @@ def run(
     prior_P: Array | None,
     slots: list[Array | None],
     status: Array | None,
+    covariances: list[tuple[int, int, Array]],
     smooth: bool,
     until: NDArray[np.int64] | None,
     threads: int,
@@ -35,7 +36,8 @@ def run(
     _check(time, z, offsets)
     if prior_x is None:
         engine.check_start()
-    to = {name: slot for name, slot in zip(SLOTS, slots, strict=True) if slot is not None}
+    to: dict[str, Any] = {name: slot for name, slot in zip(SLOTS, slots, strict=True) if slot is not None}
+    to |= {"covariances": covariances} if covariances else {}
     engine.with_pit = "pit" in to
     which = sensor if sensor is not None else np.zeros(len(time), dtype=np.int32)
     order, first, active = _by_length(offsets)
@@ -131,11 +133,13 @@ def estimate(
     started: Array,
 ) -> None:
     """Write the estimates that are asked for; NaN where a track has not started."""
-    if "x" in to or "P" in to:
+    if to.keys() & {"x", "P", "covariances"}:
         mean, C = engine.combine(x, P, probability)
         if "x" in to:
             to["x"][rows] = np.where(started[:, None], mean, np.nan)
         if "P" in to:
             to["P"][rows] = np.where(started[:, None, None], C, np.nan)
+        for i, j, out in to.get("covariances", ()):
+            out[rows] = np.where(started, C[:, i, j], np.nan)
     if "mode_probability" in to:
         to["mode_probability"][rows] = np.where(started[:, None], probability, np.nan)

@@ -16,7 +16,7 @@ from .placing import Placed
 def as_positions(placed: Placed, level: NoiseLevel) -> tuple[Placed, NoiseLevel]:
     """Range, azimuth and perhaps elevation or altitude to x, y and z; covariances to the first order, by row."""
     axes = placed.axes
-    position, covariance = measured_places(placed, level.covariance)
+    position, covariance = measured_places(placed, level.positions)
     good = np.isfinite(covariance).all(axis=(1, 2))
     covariance[~good] = np.eye(axes)
     across = np.sqrt(0.5 * (covariance[good, 0, 0] + covariance[good, 1, 1]))

@@ -68,15 +68,11 @@ class Moving:
     spread: tuple[np.ndarray | None, ...]
 
     @classmethod
-    def of(
-        cls, estimate: Any, time: np.ndarray, new: np.ndarray, variances: Sequence[np.ndarray] | None = None
-    ) -> Moving:
-        """From an estimate with x, P, mode_probability and status; a restart is a new beginning. variances: of the
-        components, (N,) each, where they were taken out of P before.
-        """
+    def of(cls, estimate: Any, time: np.ndarray, new: np.ndarray) -> Moving:
+        """From an estimate with x, variances, mode_probability and status; a restart is a new beginning."""
         status = np.asarray(estimate.status)
         begins = new | (status == Status.restarted) | (status == Status.initialised)
-        x, diagonal = estimate.x.T, np.einsum("nii->in", estimate.P) if variances is None else variances
+        x, diagonal = estimate.x.T, [estimate.covariance(name, name) for name in estimate.components]
         names = {name: k for k, name in enumerate(estimate.components)}
         directions = [("x", "y"), ("z",)] if "vz" in names else [("x", "y")]
 

@@ -20,6 +20,7 @@ from .cleaning import changes
 from .decided import Decided
 from .lasting import kept, lasting_errors, said
 from .placing import Placed
+from .row_noise import JoinedNoise, uniform
 from .scatter import component_sd, plane_scatter, rough_velocity
 
 USUAL_ALTITUDE_SD = 10.0
@@ -47,7 +48,7 @@ class NoiseLevel:
     rough ones (m/s) of the rows with a position, None where nobody has asked for them.
     """
 
-    covariance: np.ndarray
+    covariance: np.ndarray | JoinedNoise
     typical: dict[str, float]
     sources: list[dict[str, Any]] = field(default_factory=list)
     step: float | None = None
@@ -61,9 +62,12 @@ class NoiseLevel:
     @property
     def uniform(self) -> bool:
         """Whether every row has the same noise, so that the sensor alone can state it."""
-        covariance = self.covariance
-        # most that differ do so among the first rows
-        return all((some == covariance[:1]).all() for some in (covariance[:1000], covariance))
+        return uniform(self.covariance)
+
+    @property
+    def positions(self) -> np.ndarray:
+        """The same of positions without velocities; they may be changed."""
+        return self.covariance.position if isinstance(self.covariance, JoinedNoise) else self.covariance
 
 
 def parse_sensor_sd(given: float | str | Mapping[str, float] | None) -> dict[str, float]:

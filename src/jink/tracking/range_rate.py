@@ -84,9 +84,9 @@ def _appended(placed: Placed, level: NoiseLevel, rate: np.ndarray, sd: float) ->
     """A radar's measurements with their range rate."""
     joined = replace(placed, z=np.column_stack([placed.z, rate]), components=(*placed.components, "range_rate"))
     angles = [column for column, name in enumerate(placed.components) if name in ("azimuth", "elevation")]
-    angle = np.sqrt(level.covariance[:, angles].sum(axis=1))
+    angle = np.sqrt(level.positions[:, angles].sum(axis=1))
     variance = rate_variance(placed.z[:, 0], placed.time, placed.offsets, angle, sd, level.step or 1.0)
-    covariance = np.column_stack([level.covariance, variance])
+    covariance = np.column_stack([level.positions, variance])
     return joined, replace(level, covariance=covariance, typical=level.typical | {"range_rate": sd})
 
 

@@ -15,9 +15,9 @@ from ..io.geodesy import DevelopedFrame
 from ..io.rates import FASTEST
 from .noise_level import NoiseLevel
 from .placing import Placed
+from .row_noise import JoinedNoise
 from .scatter import MEDIAN, grouped_quantile, rough_velocity
 
-BLOCK = 4_000  # rows whose covariances are put together at once: few enough for the cache
 FAR = 6.0  # sds from the motion that positions show: such a report is wrong
 
 
@@ -82,7 +82,7 @@ def rates_of(placed: Placed, level: NoiseLevel) -> Rates | None:
         cos, sin = np.cos(turned), np.sin(turned)
         east, north = east * cos - north * sin, east * sin + north * cos
     elif np.isfinite(speed).any():
-        way, slack = _way(placed, level.covariance, speed)
+        way, slack = _way(placed, level.positions, speed)
         east, north = speed * way[:, 0], speed * way[:, 1]
     up = column("vertical_rate") if placed.axes == 3 else np.full(count, np.nan)
     velocity = np.column_stack([east, north, up])
@@ -139,7 +139,7 @@ def joined(
     sds: Mapping[str, float],
     fresh_only: bool,
     stated: Mapping[str, float],
-) -> tuple[Placed, np.ndarray]:
+) -> tuple[Placed, JoinedNoise]:
     """Measurements of position and velocity (N, 2 axes), and their covariances.
 
     sds: the usual ones; a row is as much rougher as what its source states is larger than what it usually states
@@ -163,18 +163,9 @@ def joined(
         xx, yy = (np.where(known, along * u * u + wide * v * v, along) for u, v in ((x, y), (y, x)))
         xy = np.where(known, along * x * y - wide * y * x, 0.0)
     up = (sds.get("vertical_rate", 1.0) * rougher[:, 1]) ** 2
-    R = np.zeros((count, 2 * axes, 2 * axes))
-    for first in range(0, count, BLOCK):
-        some = slice(first, first + BLOCK)
-        R[some, :axes, :axes] = covariance[some]
-        R[some, axes, axes], R[some, axes + 1, axes + 1] = xx[some], yy[some]
-        if xy is not None:
-            R[some, axes, axes + 1] = R[some, axes + 1, axes] = xy[some]
-        if axes == 3:
-            R[some, 5, 5] = up[some]
     names = (*placed.components[:axes], *("vx", "vy", "vz")[:axes])
     z = np.ascontiguousarray(np.column_stack([placed.z[:, :axes], velocity]))
-    return replace(placed, z=z, components=names), R
+    return replace(placed, z=z, components=names), JoinedNoise(covariance, (xx, yy, up), xy)
 
 
 def _off(placed: Placed, velocity: np.ndarray, way: np.ndarray | None, level: NoiseLevel) -> np.ndarray:

@@ -15,6 +15,7 @@ from ..io.geodesy import DevelopedFrame
 from ..io.units import TIME
 from ..times import duration
 from .placing import Placed
+from .row_noise import JoinedNoise
 
 MOST = 20_000_000  # rows: more does not fit into memory
 CLOSE = 1e-6  # s: times that are one
@@ -39,7 +40,7 @@ def parse_every(given: float | str | None) -> float | None:
     return value
 
 
-def resampled(placed: Placed, covariance: np.ndarray | None, step: float) -> Resampled:
+def resampled(placed: Placed, covariance: np.ndarray | JoinedNoise | None, step: float) -> Resampled:
     """Rows at the multiples of `step` (s) within each part, beside the measured ones. Errors: InputError."""
     clock = placed.rows["time"].to_numpy()
     starts, ends = placed.offsets[:-1], placed.offsets[1:] - 1

@@ -157,7 +157,7 @@ def _mapped(placed: Placed, variances: np.ndarray, site: SiteFrame) -> pl.DataFr
     variances (N, axes) of range, azimuth and the third component. What an unknown height does to a place counts as its
     noise too, so that radars that see the target from elsewhere do not contradict.
     """
-    noise = as_positions(placed, NoiseLevel(variances, {}))[1].covariance
+    noise = as_positions(placed, NoiseLevel(variances, {}))[1].positions
     x, y = placed.plane.T
     up = placed.height if placed.axes == 3 else None
     latitude, longitude, turned, altitude = site.to_geographic(x, y, up)

@@ -14,7 +14,7 @@ from ..io.kept import MARK
 from ..io.measurements import Measurements
 from .batch import tables_of
 from .prepare import Group, Known, Prepared, Settings, prepare
-from .repeated import Repeated
+from .row_noise import Repeated
 from .stretches import pieces
 from .summary import CLEANED
 from .tally import Tally, complete, slim

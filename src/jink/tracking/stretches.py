@@ -17,11 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from ..estimate import Estimate
+from ..estimate import Estimate, covariance_name, covariance_pair
+from ..filters.bank import Bank
 from .manoeuvring import Manoeuvres, Moving, Told, probabilities
 from .placing import Placed
-from .repeated import Repeated
-from .state import State
+from .row_noise import JoinedNoise, Repeated
+from .state import State, covariances_read
 
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
 STRETCHES = 16  # of one piece: the lanes of two packs
@@ -30,7 +31,7 @@ SAME = 1e-11  # of a standard deviation, and of a probability
 # Of a coordinate, at an overlap of `OVERLAP` rows. Errors of rounding are independent from row to row, so those of n
 # rows that a filter remembers add up to sqrt(n) of one; the overlap it needs is in proportion to n.
 ROUNDING = 8 * np.finfo(float).eps
-OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "status")
+OUTPUTS = ("x", "mode_probability", "nis", "nis_dof", "status")
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def pieces(offsets: np.ndarray, most: int = CHUNK) -> Iterator[Piece]:
 
 @dataclass(frozen=True)
 class Run:
-    """A piece and the estimates of its rows, without P: it is large, and the next piece is written into it."""
+    """A piece and the estimates of its rows."""
 
     piece: Piece
     estimate: Estimate
@@ -74,10 +75,8 @@ class Run:
         """A piece of `placed`."""
         rows, part = piece.rows, piece.part
         new = placed.new[rows] if part is None else np.arange(rows.start, rows.stop) == part.start
-        state = State(estimate).let_go()
-        moving = Moving.of(estimate, placed.time[rows], new, [state.covariance(name, name) for name in state.index])
-        kept = {name: value for name, value in estimate.results.items() if name != "P"}
-        return cls(piece, replace(estimate, results=kept, source=None), state, moving)
+        estimate = replace(estimate, source=None)
+        return cls(piece, estimate, State(estimate), Moving.of(estimate, placed.time[rows], new))
 
 
 class Stretched:
@@ -87,7 +86,7 @@ class Stretched:
         self,
         filter: Any,
         placed: Placed,
-        covariance: np.ndarray | Repeated | None,
+        covariance: np.ndarray | JoinedNoise | Repeated | None,
         smoothing: Mapping[str, Any] | None,
         threads: int | None,
     ):
@@ -99,6 +98,7 @@ class Stretched:
         self.end: dict[str, np.ndarray] | None = None  # the last row's estimate of the piece before, of the same part
         self.carried: Carried | None = None
         self.filter = filter
+        self.covariances = covariances_read(filter.components)
 
     def run(self, piece: Piece) -> Estimate:
         """The estimates of a piece's rows."""
@@ -110,19 +110,21 @@ class Stretched:
         while True:
             found = self._stretches(piece.rows, piece.part)
             if found is not None:
-                self.end = {name: found.results[name][-1:].copy() for name in ("x", "P", "mode_probability")}
+                self.end = {name: value[-1:].copy() for name, value in found.results.items()}
                 return found
             self.overlap *= 4
 
     def _filtered(self, rows: Any, offsets: np.ndarray) -> Estimate:
-        return self.verb(
+        alone = isinstance(self.filter, Bank)
+        found = self.verb(
             self.time[rows],
             self.z[rows],
             offsets=offsets,
             covariance=None if self.covariance is None else self.covariance[rows],
             threads=self.threads,
-            outputs=OUTPUTS,
+            outputs=(*OUTPUTS, *(self.covariances if alone else ["P"])),
         )
+        return found if alone else _apart(found, self.covariances)
 
     def _stretches(self, rows: slice, part: slice) -> Estimate | None:
         """The piece's estimates, or None where two stretches that meet do not agree."""
@@ -137,10 +139,11 @@ class Stretched:
         place = offsets[:-1] - low  # of a row in each stretch: its number and this
         seams = bounds[1:-1] - 1
         rounding = ROUNDING * math.sqrt(self.overlap / OVERLAP)
-        if not _agree(found.results, place[:-1] + seams, found.results, place[1:] + seams, rounding):
+        seam, after = _at(found.results, place[:-1] + seams), _at(found.results, place[1:] + seams)
+        if not _agree(found, seam, after, rounding):
             return None
         before = place[:1] + rows.start - 1
-        if self.end is not None and not _agree(self.end, np.array([0]), found.results, before, rounding):
+        if self.end is not None and not _agree(found, self.end, _at(found.results, before), rounding):
             return None
         inner = [slice(a + p, b + p) for a, b, p in zip(bounds[:-1], bounds[1:], place, strict=True)]
         return _taken_out(found, inner)
@@ -163,7 +166,7 @@ class Carried:
     """A live filter that goes through a part; row: the next one."""
 
     def __init__(self, filter: Any, row: int):
-        self.live, self.row = filter.start(1, outputs=OUTPUTS), row
+        self.live, self.row = filter.start(1, outputs=(*OUTPUTS, "P")), row
         self.own = getattr(filter, "declaration", None) is None  # models that run in Python
 
     def run(self, of: Stretched, rows: slice) -> Estimate:
@@ -171,10 +174,11 @@ class Carried:
         self.row = rows.stop
         if not self.own:
             noise = None if of.covariance is None else of.covariance[rows]
-            return self.live.follow(of.time[rows], of.z[rows], covariance=noise)
-        found = [self._next(of, row) for row in range(rows.start, rows.stop)]
+            return _apart(self.live.follow(of.time[rows], of.z[rows], covariance=noise), of.covariances)
+        found = [_apart(self._next(of, row), of.covariances) for row in range(rows.start, rows.stop)]
+        names = found[0].results
         return replace(
-            found[0], results={name: np.concatenate([each.results[name] for each in found]) for name in OUTPUTS}
+            found[0], results={name: np.concatenate([each.results[name] for each in found]) for name in names}
         )
 
     def _next(self, of: Stretched, row: int) -> Estimate:
@@ -182,8 +186,21 @@ class Carried:
         return self.live.update(of.time[row], of.z[row : row + 1], covariance=noise)
 
 
+def _at(results: Mapping[str, np.ndarray], rows: np.ndarray) -> dict[str, np.ndarray]:
+    return {name: value[rows] for name, value in results.items()}
+
+
 def _rows_of(estimate: Estimate, rows: np.ndarray) -> Estimate:
-    return replace(estimate, results={name: value[rows] for name, value in estimate.results.items()}, source=None)
+    return replace(estimate, results=_at(estimate.results, rows), source=None)
+
+
+def _apart(estimate: Estimate, names: list[str]) -> Estimate:
+    """With single covariances in place of P."""
+    found = {name: value for name, value in estimate.results.items() if name != "P"}
+    for name in names:
+        i, j = covariance_pair(name, estimate.components) or (0, 0)
+        found[name] = estimate.P[:, i, j].copy()
+    return replace(estimate, results=found)
 
 
 def _taken_out(estimate: Estimate, inner: list[slice]) -> Estimate:
@@ -199,22 +216,19 @@ def _taken_out(estimate: Estimate, inner: list[slice]) -> Estimate:
     return replace(estimate, results=results, source=None)
 
 
-def _agree(
-    one: dict[str, np.ndarray], rows: np.ndarray, other: dict[str, np.ndarray], same: np.ndarray, rounding: float
-) -> bool:
-    """Whether some rows of one result are those of another; NaN is equal to NaN. rounding: of a coordinate."""
-    x, y = one["x"][rows], other["x"][same]
-    sd = np.sqrt(np.einsum("nii->ni", one["P"][rows]))
+def _agree(of: Estimate, one: dict[str, np.ndarray], other: dict[str, np.ndarray], rounding: float) -> bool:
+    """Whether rows of two results are the same; NaN is equal to NaN. rounding: of a coordinate."""
+    x, y = one["x"], other["x"]
+    sd = np.stack([np.sqrt(one[covariance_name(name, name)]) for name in of.components], axis=1)
     # far from the origin, coordinates have fewer digits behind the point, and all that follows from them too
     most = SAME + rounding * np.max(np.abs(x) / sd, axis=1, initial=0.0)
-    near = [
-        np.abs(x - y) / sd,
-        np.abs(one["P"][rows] - other["P"][same]) / (sd[:, :, None] * sd[:, None, :]),
-        np.abs(one["mode_probability"][rows] - other["mode_probability"][same]),
-    ]
-    near = [each.reshape(len(x), -1).max(axis=1) <= most for each in near]
+    near = [np.abs(x - y) / sd, np.abs(one["mode_probability"] - other["mode_probability"])]
+    for name in one:
+        if pair := covariance_pair(name, of.components):
+            near.append((np.abs(one[name] - other[name]) / sd[:, pair].prod(axis=1))[:, None])
+    agree = [each.max(axis=1) <= most for each in near]
     neither = np.isnan(x).all(axis=1) & np.isnan(y).all(axis=1)
-    return bool(np.all(neither | np.logical_and.reduce(near)))
+    return bool(np.all(neither | np.logical_and.reduce(agree)))
 
 
 class ManoeuvresGoOn:

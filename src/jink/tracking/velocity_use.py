@@ -94,7 +94,7 @@ def _search(
         # the last round: at the sds found, with the repeated reports
         tried_sd = {name: each.sd for name, each in best.items()} if tried_sd is None else tried_sd
         tried, noise = joined(placed, covariance, rates, tried_sd, fresh_only, stated)
-        after = position_scores(choose(tried.components, level.typical | tried_sd), tried, noise, places)
+        after = position_scores(choose(tried.components, level.typical | tried_sd), tried, noise[:], places)
         for column, name in enumerate(("velocity", "vertical_rate")):
             if name in sds:
                 found = Tried(tried_sd[name], fresh_only, *gain(before[:, column], after[:, column], part))
@@ -141,7 +141,7 @@ def as_decided(placed: Placed, level: NoiseLevel, used: Used, rates: Rates | Non
         elif name in used.fresh_only:
             velocity[~rates.fresh, columns] = np.nan
     both, covariance = joined(
-        placed, level.covariance, replace(rates, velocity=velocity, usual=used.usual), used.sd, False, used.stated
+        placed, level.positions, replace(rates, velocity=velocity, usual=used.usual), used.sd, False, used.stated
     )
     sources = [line | used.figures() for line in level.sources]
     return both, replace(level, covariance=covariance, typical=level.typical | used.sd, sources=sources, velocity=None)
@@ -206,5 +206,5 @@ def as_measured(placed: Placed, level: NoiseLevel) -> tuple[Placed, NoiseLevel]:
     if rates.way is not None:
         # a sensor of its own noise cannot say that it measures along the way alone
         rates.velocity[:, :2] = np.nan
-    both, covariance = joined(placed, level.covariance, rates, {}, False, {})
+    both, covariance = joined(placed, level.positions, rates, {}, False, {})
     return both, replace(level, covariance=covariance)
