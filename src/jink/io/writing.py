@@ -104,9 +104,10 @@ def write_packed(tracks: pl.DataFrame, path: Path, kind: str) -> None:
         write_tracks(tracks, out, kind)
 
 
-def write_parquet(frame: pl.DataFrame, handle: IO[bytes]) -> None:
+def write_parquet(frame: pl.DataFrame | pl.LazyFrame, handle: IO[bytes]) -> None:
     """Parquet, quickly compressed; into an open file, since polars takes no name that is not UTF-8."""
-    frame.write_parquet(handle, compression="snappy")
+    # few rows of a group: less memory on the way
+    frame.lazy().sink_parquet(handle, compression="snappy", row_group_size=1 << 16)
 
 
 def _write_csv(tracks: pl.DataFrame, handle: IO[bytes]) -> None:

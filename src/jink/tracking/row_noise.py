@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..filters import memory
+
 FEWEST = 200_000  # rows: of fewer, all covariances take little
 TIMES = 16  # that each is repeated, on average
 BLOCK = 4_000  # rows that are put together at once: few enough for the cache
@@ -34,9 +36,10 @@ class JoinedNoise:
         axes = self.position.shape[1]
         position, variances = self.position[rows], [each[rows] for each in self.variances[:axes]]
         both = None if self.xy is None else self.xy[rows]
-        R = np.zeros((len(position), 2 * axes, 2 * axes))
+        R = memory.empty((len(position), 2 * axes, 2 * axes))
         for first in range(0, len(R), BLOCK):
             some = slice(first, first + BLOCK)
+            R[some] = 0.0
             R[some, :axes, :axes] = position[some]
             for k, variance in enumerate(variances, axes):
                 R[some, k, k] = variance[some]
