@@ -110,6 +110,14 @@ template <class T> JINK_INLINE Mask<T> is_nan(T x) { return x != x; }
 template <class T> JINK_INLINE T nan_of() { return splat<T>(std::numeric_limits<double>::quiet_NaN()); }
 template <class T> JINK_INLINE T larger(T a, T b) { return select<T>(a > b, a, b); }
 template <class T> JINK_INLINE T smaller(T a, T b) { return select<T>(a < b, a, b); }
+// The same in one instruction, which gives b where one of them is NaN and where both are zero, as above.
+#if defined(__AVX512F__) && JINK_LANES == 8
+template <> JINK_INLINE Pack larger<Pack>(Pack a, Pack b) { return (Pack)_mm512_max_pd((__m512d)a, (__m512d)b); }
+template <> JINK_INLINE Pack smaller<Pack>(Pack a, Pack b) { return (Pack)_mm512_min_pd((__m512d)a, (__m512d)b); }
+#elif defined(__AVX__) && JINK_LANES == 4
+template <> JINK_INLINE Pack larger<Pack>(Pack a, Pack b) { return (Pack)_mm256_max_pd((__m256d)a, (__m256d)b); }
+template <> JINK_INLINE Pack smaller<Pack>(Pack a, Pack b) { return (Pack)_mm256_min_pd((__m256d)a, (__m256d)b); }
+#endif
 
 JINK_INLINE double square_root(double x) { return std::sqrt(x); }
 JINK_INLINE Pack square_root(Pack x) {

@@ -101,7 +101,9 @@ class Runner {
 
     void estimate(int k, const Pack *arena, const Pack *probability, Mask<Pack> started, const std::vector<Pack> &alive) {
         if (x.wanted() || covariances()) {
-            combine(arena, probability, xs, covariances() ? Ps : nullptr);
+            const bool known = !smoothing && !covariances() && !aid.combined.empty();
+            if (known) std::copy(aid.combined.begin(), aid.combined.end(), xs);
+            else combine(arena, probability, xs, covariances() ? Ps : nullptr);
             if (!smoothing) corrected(aid.correction, xs, covariances() ? Ps : nullptr);
             if (x.wanted()) x.put(k, xs, started);
             if (P.wanted()) P.put(k, Ps, started);

@@ -86,6 +86,8 @@ template <class T> class Aid {
     bool active() const { return d.kind != AidInputs::none; }
     // Of each reported component, after a scan: what is added to it; then the factors of their sds.
     std::vector<T> correction;
+    // The estimate before it, where the correction was told from it; else empty.
+    std::vector<T> combined;
 
     void operator()(Step<T> &step, TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o);
 
@@ -131,6 +133,7 @@ Aid<T>::Aid(const Composition<T> &composition)
     correction.assign(2 * c.reported.n, splat<T>(0.0));
     if (d.kind == AidInputs::plane) {
         plane = PlaneCorrector<T>(d, c.reported);
+        combined.resize(c.reported.n);
         return;
     }
     const int used = 4 * d.inputs + d.outputs + 1 + aid_factors;
@@ -150,9 +153,9 @@ template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, cons
     T *past = s.memory.data() + s.memory.size() - d.memory(axes);
     const T *arena = s.arena.data(), *probability = s.probability.data(), *prior = step.ahead.prior.data();
     if (d.kind == AidInputs::plane) {
-        combine(arena, probability, after, nullptr);
+        combine(arena, probability, combined.data(), nullptr);
         const PlaneMoments<T> predicted(c, step.ahead.predicted.data(), prior, 0), position(c, arena, probability, 0), velocity(c, arena, probability, 1);
-        const Seen<T> seen{predicted, position, velocity, after, probability, prior, scan.time, &fix, taken, started};
+        const Seen<T> seen{predicted, position, velocity, combined.data(), probability, prior, scan.time, &fix, taken, started};
         plane(seen, past, correction.data());
         return;
     }
