@@ -31,9 +31,12 @@ template <class T> struct Arrival {
     T latitude, longitude, turned;
 };
 
+// The sum comes first, and rounds a difference to 3e-14 degrees: 3 nm.
 template <class T> JINK_INLINE T wrapped_degrees(T angle) {
     constexpr double shift = 6755399441055744.0;
-    return angle - ((angle * (1.0 / 360.0) + shift) - shift) * 360.0;
+    const T shifted = angle + 180.0;
+    const T turns = ((shifted - 180.0) * (1.0 / 360.0) + shift) - shift;
+    return (shifted - turns * 360.0) - 180.0;
 }
 
 template <class T> JINK_INLINE T hypotenuse(T a, T b) { return square_root(a * a + b * b); }

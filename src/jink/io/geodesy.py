@@ -12,7 +12,7 @@ the meridians, kept per row:
 An estimate goes back to latitude and longitude by one geodesic from the position of its own row (a few
 metres, not thousands of kilometres), so the way there and back is exact to rounding.
 
-The engine (`core/models/geodesic.hpp`) finds geodesics to 0.1 µm at any latitude: ahead of a place up to 20,000 km,
+The engine (`core/models/geodesic.hpp`) finds geodesics to 0.1 µm at any latitude: ahead of a place up to 40,000 km,
 between places up to 12,000 km. Between places further apart, `pyproj.Geod` finds them (Karney 2013).
 """
 
@@ -114,22 +114,22 @@ def develop(latitude: np.ndarray, longitude: np.ndarray, first: np.ndarray) -> D
     latitude, longitude (N,) degrees, NaN: none; first (N,) bool marks the first row of each track, which has
     to be known.
     """
-    legs, far = native.legs(latitude, longitude, first, EXCURSION)
+    table, far = native.legs(latitude, longitude, first, EXCURSION)
     before, beside = _excursions(latitude, longitude, far)
-    chained = latitude.copy() if beside.size else latitude
+    chained = latitude
     if beside.size:
+        chained = latitude.copy()
         chained[beside] = np.nan
-        legs, far = native.legs(chained, longitude, first, EXCURSION)
-    if far.size:
-        start, turned, length = _joining(latitude, longitude, far[:, 0], far[:, 1])
-        legs[:3, far[:, 1]] = length * np.sin(start + 0.5 * turned), length * np.cos(start + 0.5 * turned), turned
-    native.laid(chained, longitude, first, legs)
-    frame = DevelopedFrame(*legs)
-    if beside.size:
-        start, _, length = _joining(latitude, longitude, before, beside)
-        course = start - frame.anchor_convergence[before]
-        frame.x[beside] = frame.x[before] + length * np.sin(course)
-        frame.y[beside] = frame.y[before] + length * np.cos(course)
+        table, far = native.legs(chained, longitude, first, EXCURSION)
+    start, turned, length = _joining(latitude, longitude, far[:, 0], far[:, 1])
+    middle = start + 0.5 * turned
+    table[:3, far[:, 1]] = length * np.sin(middle), length * np.cos(middle), turned
+    native.laid(chained, longitude, first, table)
+    frame = DevelopedFrame(*table)
+    start, _, length = _joining(latitude, longitude, before, beside)
+    course = start - frame.anchor_convergence[before]
+    frame.x[beside] = frame.x[before] + length * np.sin(course)
+    frame.y[beside] = frame.y[before] + length * np.cos(course)
     return frame
 
 
@@ -182,7 +182,7 @@ def _excursions(latitude: np.ndarray, longitude: np.ndarray, far: np.ndarray) ->
     out = np.flatnonzero(far[:-1, 1] == far[1:, 0])
     before, away, after = far[out, 0], far[out, 1], far[out + 1, 1]
     ends = (before, away), (away, after), (before, after)
-    legs = [_joining(latitude, longitude, one, other)[2] for one, other in ends]
-    lone = legs[2] < 0.1 * np.minimum(legs[0], legs[1])
+    there, back, across = (_joining(latitude, longitude, one, other)[2] for one, other in ends)
+    lone = across < 0.1 * np.minimum(there, back)
     lone &= ~np.isin(before, away[lone])
     return before[lone], away[lone]
