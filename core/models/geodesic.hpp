@@ -8,14 +8,19 @@
 
 namespace jink::inline JINK_LEVEL {
 
+// Lengths in m.
 struct Earth {
     static constexpr double equator = 6378137.0, flattening = 1.0 / 298.257223563;
-    static constexpr double minor = equator * (1.0 - flattening);                                     // m: half the axis of rotation
-    static constexpr double polar = equator / (1.0 - flattening);                                     // m: the radius of curvature at a pole, c
-    static constexpr double second = 1.0 / ((1.0 - flattening) * (1.0 - flattening)) - 1.0;           // second eccentricity squared, e'^2
-    static constexpr double third = flattening / (2.0 - flattening);                                  // third flattening, n
-    static constexpr double between = 1e4, ahead = 1e3;                                               // m: longer geodesics are not short
-    static constexpr double between_north = 80.0, ahead_north = 75.0;                                 // degrees: nor are those further from the equator
+    static constexpr double minor = equator * (1.0 - flattening);                            // half the axis of rotation, b
+    static constexpr double polar = equator / (1.0 - flattening);                            // the radius of curvature at a pole, c
+    static constexpr double second = 1.0 / ((1.0 - flattening) * (1.0 - flattening)) - 1.0;  // the second eccentricity squared, e'^2
+    static constexpr double third = flattening / (2.0 - flattening);                         // the third flattening, n
+};
+
+// Short are geodesics below these lengths (m) that start nearer to the equator than these latitudes (degrees): the series err by less than
+// 0.04 um there.
+struct Short {
+    static constexpr double between = 1e4, between_north = 80.0, ahead = 1e3, ahead_north = 75.0;
 };
 
 inline constexpr double degree = 3.14159265358979323846 / 180.0;
@@ -176,8 +181,8 @@ template <class T> inline Arrival<T> long_ahead(T latitude, T longitude, T east,
 template <class T> inline Leg<T> geodesic_between(T latitude, T longitude, T to_latitude, T to_longitude) {
     const T dphi = (to_latitude - latitude) * degree, dlam = wrapped_degrees<T>(to_longitude - longitude) * degree, zero = splat<T>(0.0);
     Leg<T> leg = short_between<T>(0.5 * (latitude + to_latitude) * degree, dphi, dlam);
-    Mask<T> far = magnitude(leg.east) + magnitude(leg.north) >= splat<T>(Earth::between);
-    far = (far | (magnitude(latitude) >= splat<T>(Earth::between_north))) & ((dphi != zero) | (dlam != zero));
+    Mask<T> far = magnitude(leg.east) + magnitude(leg.north) >= splat<T>(Short::between);
+    far = (far | (magnitude(latitude) >= splat<T>(Short::between_north))) & ((dphi != zero) | (dlam != zero));
     if (!any(far)) return leg;
     const Leg<T> other = long_between<T>(latitude * degree, to_latitude * degree, dlam);
     return {select<T>(far, other.east, leg.east), select<T>(far, other.north, leg.north), select<T>(far, other.turned, leg.turned)};
@@ -186,7 +191,7 @@ template <class T> inline Leg<T> geodesic_between(T latitude, T longitude, T to_
 template <class T> inline Arrival<T> geodesic_ahead(T latitude, T longitude, T east, T north) {
     const T size = magnitude(east) + magnitude(north), half = splat<T>(180.0);
     Arrival<T> place = short_ahead<T>(latitude, longitude, east, north);
-    const Mask<T> far = ((size >= splat<T>(Earth::ahead)) | (magnitude(latitude) >= splat<T>(Earth::ahead_north))) & (size > splat<T>(0.0));
+    const Mask<T> far = ((size >= splat<T>(Short::ahead)) | (magnitude(latitude) >= splat<T>(Short::ahead_north))) & (size > splat<T>(0.0));
     if (any(far)) {
         const Arrival<T> other = long_ahead<T>(latitude, longitude, east, north);
         place.latitude = select<T>(far, other.latitude, place.latitude), place.longitude = select<T>(far, other.longitude, place.longitude);

@@ -109,14 +109,16 @@ def test_no_rows_are_no_rows():
     assert develop(none, none, np.zeros(0, bool)).x.size == 0
 
 
-def test_levels_of_the_engine_agree():
+def test_levels_of_the_engine_agree_and_nothing_imports_pyproj():
     code = """
+import sys
 import numpy as np
 from jink.io.geodesy import develop
 rng = np.random.default_rng(5)
 latitude, longitude = 60.0 + np.cumsum(rng.normal(0, 0.05, 500)), np.cumsum(rng.normal(0, 0.2, 500))
 frame = develop(latitude, longitude, np.arange(500) % 100 == 0)
 print(*frame.x, *frame.y, *frame.to_geographic(frame.x + 5e3, frame.y)[1])
+assert "pyproj" not in sys.modules
 """
     shown = [
         subprocess.run(
