@@ -38,6 +38,7 @@ NB_MODULE(JINK_MODULE, module) {
     bind_checks(module);
     bind_scatter(module);
     bind_manoeuvres(module);
+    bind_geodesy(module);
     module.attr("lanes") = lanes;
 
     nb::class_<Engine> engine(module, "Engine");

@@ -563,6 +563,38 @@ def manoeuvring(
     threshold: float,
 ) -> object: ...
 
+earth_equator: float = 6378137.0
+
+earth_flattening: float = 0.0033528106647474805
+
+def geodesics_between(
+    latitude: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    longitude: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    to_latitude: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    to_longitude: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu")]: ...
+def geodesics_ahead(
+    x: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    y: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    anchor_x: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    anchor_y: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    latitude: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    longitude: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    convergence: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu")]: ...
+def legs(
+    latitude: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    longitude: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    first: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    longest: float,
+) -> tuple: ...
+def laid(
+    latitude: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    longitude: Annotated[NDArray[numpy.float64], dict(shape=(None,), device="cpu", writable=False)],
+    first: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    table: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu")],
+) -> None: ...
+
 lanes: int = 8
 
 class Engine:

@@ -78,14 +78,27 @@ def test_tracks_do_not_leak_into_each_other_and_misses_hang_on_the_last_position
     assert back[0][2] == pytest.approx(60.1, abs=1e-11) and 60.0 < back[0][1] < 60.01
 
 
-def test_a_lone_position_on_another_continent_does_not_bend_what_follows():
+def test_what_comes_before_the_first_position_has_no_place():
+    lat = np.array([10.0, 10.1, np.nan, 10.2, 10.3])
+    frame = develop(lat, np.full(5, 20.0), np.array([True, False, True, False, False]))
+    assert np.isnan([*frame.to_geographic(np.zeros(5), np.zeros(5))])[:, 2].all() and np.isnan(frame.x[2])
+    assert frame.x[3] == frame.y[3] == frame.anchor_convergence[2] == 0.0 and frame.y[4] > 1e4
+
+
+@pytest.mark.parametrize("again", [1, 2])
+def test_a_lone_position_on_another_continent_does_not_bend_what_follows(again):
+    """Nor do two, apart from each other."""
     lat, lon = _along(48.0, 2.0, 30.0, np.arange(50) * 200.0)
     clean = _one(lat.copy(), lon.copy())
-    lat[20], lon[20] = -33.0, 151.0
+    away = np.array([20, 30])[:again]
+    lat[away], lon[away] = -33.0, 151.0
     frame = _one(lat, lon)
-    keep = np.arange(50) != 20
+    azimuth, _, length = GEOD.inv(lon[away - 1], lat[away - 1], lon[away], lat[away])
+    way = np.radians(azimuth) - clean.anchor_convergence[away - 1]
+    np.testing.assert_allclose(frame.x[away], clean.x[away - 1] + length * np.sin(way), atol=1e-6)
+    np.testing.assert_allclose(frame.y[away], clean.y[away - 1] + length * np.cos(way), atol=1e-6)
+    keep = ~np.isin(np.arange(50), away)
     np.testing.assert_allclose(frame.x[keep], clean.x[keep], atol=1e-6)
-    assert np.hypot(frame.x[20], frame.y[20]) > 1.6e7
 
 
 @given(st.floats(-85, 85), st.floats(-180, 180), st.floats(-2e5, 2e5), st.floats(-2e5, 2e5), st.floats(0, 2e4))

@@ -1,16 +1,19 @@
 """Frames of reference: the earth's surface laid flat along a track, and the tangent plane of a site.
 
-**Developed frame.** Consecutive positions are joined by geodesics of the WGS84 ellipsoid (`pyproj.Geod`); the
-legs are laid into a plane one after the other, each turned by the angle between it and the one before. This
-is the development of the path by parallel transport: distances along the path and turns are exact, a great
-circle becomes a straight line, and nothing happens at a pole, at the date line or after ten thousand
-kilometres. The axes point east and north at the first position; further on, true north is turned against them
-by the accumulated convergence γ of the meridians, kept per row:
+**Developed frame.** Consecutive positions are joined by geodesics of the WGS84 ellipsoid; the legs are laid into
+a plane one after the other, each turned by the angle between it and the one before. This is the development of
+the path by parallel transport: distances along the path and turns are exact, a great circle becomes a straight
+line, and nothing happens at a pole, at the date line or after ten thousand kilometres. The axes point east and
+north at the first position; further on, true north is turned against them by the accumulated convergence γ of
+the meridians, kept per row:
 
     true course = course in the frame + γ
 
 An estimate goes back to latitude and longitude by one geodesic from the position of its own row (a few
 metres, not thousands of kilometres), so the way there and back is exact to rounding.
+
+The engine (`core/models/geodesic.hpp`) finds geodesics to 0.1 µm at any latitude: ahead of a place up to 40,000 km,
+between places up to 12,000 km. Between places further apart, `pyproj.Geod` finds them (Karney 2013).
 """
 
 from __future__ import annotations
@@ -20,9 +23,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .short_geodesics import EQUATOR, FLATTENING, geod, geodesics_ahead, geodesics_between, wrapped
+from .._engine import native
 
-ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)  # of WGS84: eccentricity squared
+EQUATOR, FLATTENING = native.earth_equator, native.earth_flattening  # of WGS84: half the axis in m
+ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)  # eccentricity squared
+LONG = 1.2e7  # m: from here on `pyproj` finds geodesics between places
 EXCURSION = 1e5  # m: a lone position this far out and back hangs beside the chain of legs instead of carrying it
 
 
@@ -47,8 +52,9 @@ class DevelopedFrame:
 
     def to_geographic(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Latitude, longitude (degrees) and convergence γ (rad) of positions in the plane, row by row."""
-        east, north = x - self.anchor_x, y - self.anchor_y
-        return _ahead(self.anchor_latitude, self.anchor_longitude, self.anchor_convergence, east, north)
+        place = self.anchor_latitude, self.anchor_longitude, self.anchor_convergence
+        latitude, longitude, convergence = native.geodesics_ahead(x, y, self.anchor_x, self.anchor_y, *place)
+        return latitude, longitude, convergence
 
 
 @dataclass(frozen=True)
@@ -73,15 +79,16 @@ class SiteFrame:
         With `z` the point is taken where it is in space (east, north, up: a straight line of sight); without
         it, x and y are a distance and a direction along the ground.
         """
-        here = np.full(x.shape, self.latitude), np.full(x.shape, self.longitude)
         if z is None:
-            return *_ahead(*here, np.zeros(x.shape), x, y), None
+            zero = np.broadcast_to(0.0, x.shape)
+            latitude, longitude, convergence = native.geodesics_ahead(x, y, zero, zero, *self.beside(x), zero)
+            return latitude, longitude, convergence, None
         latitude, longitude, altitude = self._from_space(x, y, z)
-        good = np.isfinite(latitude)
-        convergence = np.full(x.shape, np.nan)
-        ahead, back, _ = geod().inv(here[1][good], here[0][good], longitude[good], latitude[good])
-        convergence[good] = np.radians(wrapped(np.asarray(back) + 180.0 - ahead))
-        return latitude, longitude, convergence, altitude
+        return latitude, longitude, geodesics_between(*self.beside(x), latitude, longitude)[1], altitude
+
+    def beside(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Latitude and longitude of the site, once for each row."""
+        return np.broadcast_to(self.latitude, rows.shape), np.broadcast_to(self.longitude, rows.shape)
 
     def _from_space(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         from pyproj import Transformer
@@ -107,29 +114,23 @@ def develop(latitude: np.ndarray, longitude: np.ndarray, first: np.ndarray) -> D
     latitude, longitude (N,) degrees, NaN: none; first (N,) bool marks the first row of each track, which has
     to be known.
     """
-    count = latitude.size
-    known = np.flatnonzero(np.isfinite(latitude) & np.isfinite(longitude))
-    start = np.zeros(count, bool)  # the first known position of each track
-    track = np.cumsum(first) - 1
-    start[known[np.r_[True, np.diff(track[known]) > 0]] if known.size else known] = True
-    chain = known[~_excursions(latitude[known], longitude[known], start[known])]
-    x, y, convergence = np.zeros(count), np.zeros(count), np.zeros(count)
-    x[chain], y[chain], convergence[chain] = _lay(latitude[chain], longitude[chain], start[chain])
-    link = np.full(count, -1)
-    link[chain] = chain
-    anchor = np.maximum.accumulate(link) if count else link
-    beside = np.setdiff1d(known, chain, assume_unique=True)
+    table, far = native.legs(latitude, longitude, first, EXCURSION)
+    before, beside = _excursions(latitude, longitude, far)
+    chained = latitude
     if beside.size:
-        ahead, _, length = geod().inv(
-            longitude[anchor[beside]], latitude[anchor[beside]], longitude[beside], latitude[beside]
-        )
-        course = np.radians(ahead) - convergence[anchor[beside]]
-        x[beside] = x[anchor[beside]] + length * np.sin(course)
-        y[beside] = y[anchor[beside]] + length * np.cos(course)
-    unknown = np.ones(count, bool)
-    unknown[known] = False
-    anchored = x[anchor], y[anchor], latitude[anchor], longitude[anchor], convergence[anchor]
-    return DevelopedFrame(np.where(unknown, np.nan, x), np.where(unknown, np.nan, y), *anchored)
+        chained = latitude.copy()
+        chained[beside] = np.nan
+        table, far = native.legs(chained, longitude, first, EXCURSION)
+    start, turned, length = _joining(latitude, longitude, far[:, 0], far[:, 1])
+    middle = start + 0.5 * turned
+    table[:3, far[:, 1]] = length * np.sin(middle), length * np.cos(middle), turned
+    native.laid(chained, longitude, first, table)
+    frame = DevelopedFrame(*table)
+    start, _, length = _joining(latitude, longitude, before, beside)
+    course = start - frame.anchor_convergence[before]
+    frame.x[beside] = frame.x[before] + length * np.sin(course)
+    frame.y[beside] = frame.y[before] + length * np.cos(course)
+    return frame
 
 
 def legs(
@@ -138,79 +139,50 @@ def legs(
     """Geodesics between places (latitude, longitude): their directions from north at the start (rad), by how much
     the meridian turns against them on the way (rad), and lengths (m).
     """
-    one, other = np.array(start), np.array(end)
-    ahead, back, length = geod().inv(one[:, 1], one[:, 0], other[:, 1], other[:, 0])
-    turned = np.radians(wrapped(back + 180.0 - ahead))
-    return np.radians(ahead).tolist(), turned.tolist(), np.asarray(length).tolist()
+    (latitude, longitude), (to_latitude, to_longitude) = np.array(start, float).T, np.array(end, float).T
+    directions, turns, lengths = geodesics_between(latitude, longitude, to_latitude, to_longitude).tolist()
+    return directions, turns, lengths
 
 
 def lines_of_sight(
     site: SiteFrame, latitude: np.ndarray, longitude: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """From a site to places: length along the ground (m), direction from north at the site, and at the place (rad)."""
-    out = np.full((3, latitude.size), np.nan)
-    good = np.isfinite(latitude) & np.isfinite(longitude)
-    here = np.full(good.sum(), site.longitude), np.full(good.sum(), site.latitude)
-    ahead, back, length = geod().inv(*here, longitude[good], latitude[good])
-    out[:, good] = length, np.radians(ahead), np.radians(np.asarray(back) + 180.0)
-    return out[0], out[1], out[2]
+    start, turned, length = geodesics_between(*site.beside(latitude), latitude, longitude)
+    return length, start, start + turned
 
 
-def _excursions(latitude: np.ndarray, longitude: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Lone positions far out and back: such a leg, laid into the chain, would bend what follows."""
-    away = np.zeros(latitude.size, bool)
-    inner = np.flatnonzero(~start[1:-1] & ~start[2:]) + 1
-    if not inner.size:
-        return away
-    rough = np.hypot(np.diff(latitude), wrapped(np.diff(longitude)) * np.cos(np.radians(latitude[1:]))) * 111_000.0
-    inner = inner[(rough[inner - 1] > EXCURSION) & (rough[inner] > EXCURSION)]
-    if not inner.size:
-        return away
-    legs = [
-        geod().inv(longitude[a], latitude[a], longitude[b], latitude[b])[2]
-        for a, b in ((inner - 1, inner), (inner, inner + 1), (inner - 1, inner + 1))
-    ]
-    away[inner[legs[2] < 0.1 * np.minimum(legs[0], legs[1])]] = True
-    away[1:] &= ~away[:-1]
-    return away
+def geodesics_between(
+    latitude: np.ndarray, longitude: np.ndarray, to_latitude: np.ndarray, to_longitude: np.ndarray
+) -> np.ndarray:
+    """Directions from north at the start, turns of the meridian on the way (rad) and lengths (m) of geodesics: (3, N).
+
+    All places (N,) in degrees.
+    """
+    found = native.geodesics_between(latitude, longitude, to_latitude, to_longitude)
+    long = np.flatnonzero(found[2] > LONG)
+    if long.size:
+        from pyproj import Geod
+
+        ends = longitude[long], latitude[long], to_longitude[long], to_latitude[long]
+        ahead, back, length = (np.asarray(part) for part in Geod(ellps="WGS84").inv(*ends))
+        found[:, long] = np.radians(ahead), np.radians((back - ahead) % 360.0 - 180.0), length
+    return found
 
 
-def _lay(latitude: np.ndarray, longitude: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Positions and convergence of chained legs; each track starts from (0, 0), axes east and north."""
-    if latitude.size < 2:
-        return np.zeros(latitude.size), np.zeros(latitude.size), np.zeros(latitude.size)
-    again = start[1:]
-    # a track's first leg goes nowhere
-    latitude_before = np.where(again, latitude[1:], latitude[:-1])
-    longitude_before = np.where(again, longitude[1:], longitude[:-1])
-    east, north, turned = geodesics_between(latitude_before, longitude_before, latitude[1:], longitude[1:])
-    convergence = _running(np.r_[0.0, turned], start)
-    turn = convergence[:-1] + 0.5 * turned
-    sin, cos = np.sin(turn), np.cos(turn)
-    x = _running(np.r_[0.0, east * cos - north * sin], start)
-    y = _running(np.r_[0.0, east * sin + north * cos], start)
-    return x, y, convergence
+def _joining(latitude: np.ndarray, longitude: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The geodesics between rows (K,) and rows (K,)."""
+    return geodesics_between(latitude[one], longitude[one], latitude[other], longitude[other])
 
 
-def _running(steps: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Cumulative sums that begin again at every start, where the step is 0."""
-    begins = np.flatnonzero(start)
-    total = np.empty_like(steps)
-    # one sum for all would round a track by what the tracks before it have
-    for low, high in zip(begins.tolist(), [*begins[1:].tolist(), steps.size], strict=True):
-        np.cumsum(steps[low:high], out=total[low:high])
-    return total
-
-
-def _ahead(
-    latitude: np.ndarray, longitude: np.ndarray, convergence: np.ndarray, east: np.ndarray, north: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Follow geodesics by their components in a turned frame: latitude, longitude, convergence there."""
-    good = np.isfinite(east) & np.isfinite(north) & np.isfinite(latitude)
-    turned, right, up = convergence[good], east[good], north[good]
-    sin, cos = np.sin(turned), np.cos(turned)
-    out = np.full((3, latitude.size), np.nan)
-    way = right * cos + up * sin, up * cos - right * sin
-    out[0, good], out[1, good], more = geodesics_ahead(latitude[good], longitude[good], *way)
-    out[2, good] = turned + more
-    return out[0], out[1], out[2]
+def _excursions(latitude: np.ndarray, longitude: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of long legs (K, 2) from row to row the lone positions far out and back, and the rows before them: such a leg,
+    laid into the chain, would bend what follows.
+    """
+    out = np.flatnonzero(far[:-1, 1] == far[1:, 0])
+    before, away, after = far[out, 0], far[out, 1], far[out + 1, 1]
+    ends = (before, away), (away, after), (before, after)
+    there, back, across = (_joining(latitude, longitude, one, other)[2] for one, other in ends)
+    lone = across < 0.1 * np.minimum(there, back)
+    lone &= ~np.isin(before, away[lone])
+    return before[lone], away[lone]

@@ -15,6 +15,7 @@ import polars as pl
 
 from .conventions import Conventions
 from .errors import InputError
+from .geodesy import geodesics_between
 from .sheet import Sheet
 from .units import DEGREE
 
@@ -58,15 +59,11 @@ def degrees(code: str, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.nda
 
 def grid_north(code: str, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Azimuth (rad, clockwise from true north) of the projection's y axis at x and y."""
-    from pyproj import Geod
-
     step = AHEAD / _to_degrees(code)[1]
     latitude, longitude = degrees(code, x, y)
     above, right = degrees(code, x, y + step)
-    known = np.isfinite(latitude) & np.isfinite(above)
-    here, there = ([np.where(known, v, 0.0) for v in pair] for pair in ((longitude, latitude), (right, above)))
-    azimuth = np.asarray(Geod(ellps="WGS84").inv(here[0], here[1], there[0], there[1])[0])
-    return np.where(known, np.radians(azimuth), 0.0)
+    azimuth = geodesics_between(latitude, longitude, above, right)[0]
+    return np.where(np.isfinite(azimuth), azimuth, 0.0)
 
 
 def unprojected(sheet: Sheet) -> None:

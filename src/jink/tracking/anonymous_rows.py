@@ -7,7 +7,7 @@ import polars as pl
 
 from ..association.batch import Found, Scans, Turning
 from ..io.errors import InputError
-from ..io.geodesy import DevelopedFrame, SiteFrame
+from ..io.geodesy import DevelopedFrame, SiteFrame, lines_of_sight
 from ..io.kept import MARK
 from ..io.measurements import Measurements
 from .antenna import antenna_of
@@ -86,15 +86,12 @@ def _none(rows: pl.DataFrame) -> Placed:
 
 def _in_the_plane(rows: pl.DataFrame) -> tuple[SiteFrame, pl.DataFrame]:
     """Distance and direction along the ground from the middle of all places (azimuthal equidistant)."""
-    from pyproj import Geod
-
     latitude, longitude = rows["latitude"].to_numpy(), rows["longitude"].to_numpy()
     around = np.exp(1j * np.radians(longitude)).mean()
     centre = float(np.median(latitude)), float(np.degrees(np.angle(around)))
-    here = np.full(latitude.shape, centre[0]), np.full(latitude.shape, centre[1])
-    ahead, _, length = Geod(ellps="WGS84").inv(here[1], here[0], longitude, latitude)
-    course = np.radians(ahead)
-    return SiteFrame(*centre), rows.with_columns(x=length * np.sin(course), y=length * np.cos(course))
+    site = SiteFrame(*centre)
+    length, course, _ = lines_of_sight(site, latitude, longitude)
+    return site, rows.with_columns(x=length * np.sin(course), y=length * np.cos(course))
 
 
 def _scans(time: np.ndarray, period: float | None) -> tuple[np.ndarray, np.ndarray]:
