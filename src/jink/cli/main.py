@@ -87,6 +87,9 @@ def main() -> Any:
     given = [word for word in sys.argv[1:] if word != DEBUG]
     if len(given) < len(sys.argv) - 1:
         os.environ["JINK_DEBUG"] = "1"
+    # A large page has to be found in one piece and cleared whole. Where memory is in pieces, that takes longer than the
+    # small pages for which it stands.
+    os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")
     called = [word for word in given[:1] if word in COMMANDS]
     # What is imported never becomes garbage, so it is looked through less often, and at the end not at all.
     gc.set_threshold(GARBAGE)
