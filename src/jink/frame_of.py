@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from html import escape
 from typing import Any
 
@@ -21,7 +22,7 @@ def columns_of(estimate: Any, statuses: Sequence[str]) -> dict[str, NDArray[Any]
     for name in estimate.components:
         if "x" in results:
             out[name] = estimate[name]
-        if "P" in results:
+        with suppress(AttributeError):  # neither P nor this variance is among the outputs
             out[f"{name}_sd"] = estimate.sd(name)
     if "mode_probability" in results:
         out |= {f"probability_{name}": results["mode_probability"][:, k] for k, name in enumerate(estimate.modes)}

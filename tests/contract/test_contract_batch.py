@@ -55,6 +55,8 @@ def test_single_covariances_are_those_of_P(name):
             assert_array_equal(alone.results[one], whole.P[:, i, j])
             assert_array_equal(alone.covariance(second, first), whole.covariance(first, second))
         assert_array_equal(alone.sd("px"), whole.sd("px"))
+        frame = alone.to_frame()
+        assert [name for name in frame.columns if name.endswith("_sd")] == [f"{f.components[k]}_sd" for k in (0, -1)]
 
 
 LEVEL_RUN = """
