@@ -15,7 +15,7 @@ import polars as pl
 from ..io.evidence import between
 from ..io.measurements import DIMENSIONS
 from ..io.stages import stage
-from ..io.values import codes_of, order_of, short
+from ..io.values import codes_of, order_of, short, taken
 from .height_jumps import impossible_heights
 
 STALE_SPEED = 0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
@@ -58,10 +58,8 @@ class Cleaned:
             self.take(np.flatnonzero(bad == 0))
 
     def take(self, which: np.ndarray) -> None:
-        """These rows in this order, column by column, so that no column is there twice but one."""
-        rows, places = self.rows, pl.Series(which, dtype=pl.UInt32)
-        self.rows = pl.DataFrame([rows.drop_in_place(name)[places] for name in rows.columns])
-        self.codes = self.codes[which]
+        """These rows in this order."""
+        self.rows, self.codes = taken(self.rows, which), self.codes[which]
 
 
 @stage("clean")
