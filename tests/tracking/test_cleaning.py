@@ -30,7 +30,7 @@ def _rows(time, x, target=None, source=None, speed=None, y=None) -> pl.DataFrame
 
 
 def _clean(rows: pl.DataFrame, **options) -> Cleaned:
-    return clean(rows, "cartesian", Cleaning(**({"gap": 60.0, "min_points": 1} | options)))
+    return clean(rows.clone(), "cartesian", Cleaning(**({"gap": 60.0, "min_points": 1} | options)))
 
 
 def _reasons(cleaned: Cleaned) -> dict[int, str]:

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 from ..io.errors import InputError
@@ -18,6 +19,7 @@ from ..io.measurements import Measurements
 from ..io.pieces import pieced, row_count, same_kind
 from ..io.rejected import together
 from ..io.spill import Source, check_alike
+from ..io.values import short, taken
 from . import job as names
 from .errors import Stopped
 from .hashing import bucket_of
@@ -100,9 +102,11 @@ def _write(job: Job, number: int, begun: list[Any], rest: Iterator[Any], said: d
         rejected.append(together(measured.rejected))
         part, frame = _stripped(measured)
         said["rows"] += rows
-        frame = frame.with_columns(bucket_of(frame["target"], job.buckets)).sort("bucket", maintain_order=True)
-        sizes = frame.group_by("bucket", maintain_order=True).len()
-        table = frame.drop("bucket").to_arrow(compat_level=pl.CompatLevel.oldest())
+        measured.rows = measured.rows.clear()
+        bucket = bucket_of(frame["target"], job.buckets).to_numpy()
+        buckets, sizes = np.unique(bucket, return_counts=True)
+        frame = taken(frame, np.argsort(short(bucket), kind="stable"))
+        table = frame.to_arrow(compat_level=pl.CompatLevel.oldest())
         if writer is None or schema is None:
             schema = table.schema
             writer = pa.ipc.new_file(handle, schema, options=options)
@@ -111,7 +115,7 @@ def _write(job: Job, number: int, begun: list[Any], rest: Iterator[Any], said: d
         if table.schema != schema:
             raise InputError(f"{said['file']}: its parts have different columns: {_both(schema, table.schema)}")
         part["slices"], part["rows"], start = {}, {}, 0
-        for bucket, size in sizes.iter_rows():
+        for bucket, size in zip(buckets.tolist(), sizes.tolist(), strict=True):
             slice = table.slice(start, size).combine_chunks()
             writer.write_batch(slice.to_batches()[0])
             part["slices"][str(bucket)], part["rows"][str(bucket)] = batch, size

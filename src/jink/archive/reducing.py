@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from ..filters import memory
-from ..io.values import codes_of, short
+from ..io.values import codes_of, short, taken
 from ..tracking.shares import Shares
 from . import job as names
 from .gathering import Place, gather, packed
@@ -69,10 +69,12 @@ def _tables(job: Job, settled: Settled, where: Sequence[Place], shares: Shares) 
 
 
 def whole_targets(rows: pl.DataFrame, most: int) -> Iterator[pl.DataFrame]:
-    """Parts of at most so many rows, or of one target, by the targets' names; rows of a target keep their order."""
+    """Parts of at most so many rows, or of one target, by the targets' names; rows of a target keep their order. The
+    table is taken, and may end up empty.
+    """
     codes = codes_of(rows["target"])
     if (codes[1:] < codes[:-1]).any():
-        rows = rows[np.argsort(short(codes), kind="stable")]
+        rows = taken(rows, np.argsort(short(codes), kind="stable"))
     sizes = np.bincount(codes)
     sizes = sizes[sizes > 0]
     starts = np.r_[0, np.cumsum(sizes)]

@@ -9,6 +9,7 @@ from typing import Any
 import polars as pl
 
 from ..io.errors import InputError
+from ..io.values import taken
 from ..tracking.batch import nothing_left
 from ..tracking.prepare import EVIDENCE, Known, drawn, prepare
 from ..tracking.shares import learned_schema
@@ -42,10 +43,9 @@ def settle(job: Job, said: Sequence[dict[str, Any]], first: int) -> Settled:
     if not counts.height:
         raise InputError(nothing_left(sum(each["rows"] for each in deciding), ()))
     chosen = drawn(counts) if int(counts["rows"].sum()) > EVIDENCE else None
-    sample = _sample(job, kind, counts if chosen is None else chosen, deciding)
-    rows = sample.height
-    measured = kind.measurements(sample)
-    prepared = prepare(replace(measured), replace(job.settings, threads=None))
+    sample = kind.measurements(_sample(job, kind, counts if chosen is None else chosen, deciding))
+    rows = sample.rows.height
+    prepared = prepare(sample, replace(job.settings, threads=None))
     known = Known.of(prepared, some=chosen is not None or len(deciding) < len(said))
     schema = learned_schema(prepared, job.settings, kind.absolute)
     words = {
@@ -79,10 +79,11 @@ def _sample(job: Job, kind: Kind, chosen: pl.DataFrame, said: Sequence[dict[str,
     for bucket in wanted:
         rows = gather(job.store, kind, places(said, bucket))
         found.append(rows.join(chosen.select("target"), on="target", how="semi", maintain_order="left"))
-    whole = pl.concat(found, rechunk=True)
-    order = pl.DataFrame({"file": list(dict.fromkeys(p["file"] for each in said for p in each["parts"]))})
-    place = order.with_row_index("place")
-    return whole.join(place, on="file", how="left", maintain_order="left").sort("place", "row").drop("place")
+    whole = pl.concat(found)
+    found.clear()
+    files = list(dict.fromkeys(p["file"] for each in said for p in each["parts"]))
+    place = pl.col("file").replace_strict(files, range(len(files)), return_dtype=pl.UInt32)
+    return taken(whole, whole.select(pl.arg_sort_by(place, "row")).to_series().to_numpy())
 
 
 def _check_kept(job: Job, kind: Kind) -> None:

@@ -26,8 +26,9 @@ def are_codes(value: np.ndarray, height: bool = False) -> np.ndarray:
     if not far.size:
         return found
     found[far] = np.isin(value[far], CODES)
-    others = value[~found & np.isfinite(value)]
-    for code in np.unique(value[found]):
+    some = np.unique(value[found])
+    others = value[~found & np.isfinite(value)] if some.size else some
+    for code in some:
         near = np.abs(others - code) < ALONE * abs(code)
         if (not others.size or near.any()) and not (height and code <= NO_HEIGHT[0]):
             found &= value != code
@@ -43,7 +44,9 @@ def zero_heights(altitude: np.ndarray, codes: np.ndarray, seconds: np.ndarray) -
     out = np.zeros(altitude.size, bool)
     if not zero.any() or not (np.abs(altitude[np.isfinite(altitude)]) > 0.0).any():
         return out
-    rows = np.flatnonzero(np.isfinite(altitude) & np.isfinite(seconds))
+    asked = np.zeros(codes.max() + 1, bool)
+    asked[codes[zero]] = True
+    rows = np.flatnonzero(asked[codes] & np.isfinite(altitude) & np.isfinite(seconds))
     rows = rows[order_of(codes[rows], seconds[rows])]
     height, none = altitude[rows], zero[rows]
     same = np.diff(codes[rows]) == 0

@@ -75,14 +75,13 @@ def signs(series: pl.Series, letters: str) -> np.ndarray | None:
     return np.where(known.to_numpy(), np.where((text == letters[1]).fill_null(False).to_numpy(), -1.0, 1.0), np.nan)
 
 
-def scale(latitude: np.ndarray, longitude: np.ndarray) -> tuple[str, list[tuple[float, str]]]:
-    """What numbers beyond 90 and 180 degrees can be: `minutes` (ddmm.mmmm), `scaled` with its factors, or nothing."""
-    known = np.isfinite(latitude) & np.isfinite(longitude)
-    if not known.any():
-        return "", []
-    north, east = np.abs(latitude[known]), np.abs(longitude[known])
+def scale(north: np.ndarray, east: np.ndarray) -> tuple[str, list[tuple[float, str]]]:
+    """What numbers beyond 90 and 180 degrees can be: `minutes` (ddmm.mmmm), `scaled` with its factors, or nothing.
+
+    north, east: those that are known, without a sign.
+    """
     # placeholders such as 91 and 181 among good values are not a scale: most values have to be beyond
-    if np.mean((north > 90.0) | (east > 180.0)) < 0.5:
+    if not north.size or np.mean((north > 90.0) | (east > 180.0)) < 0.5:
         return "", []
     if north.max() <= 9100.0 and east.max() <= 18100.0:
         whole = np.mean((north % 100.0 < 60.0) & (east % 100.0 < 60.0)) > 0.99

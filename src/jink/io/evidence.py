@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,16 +59,18 @@ class Motion:
 
 
 def distances(first: np.ndarray, second: np.ndarray, position: str) -> np.ndarray:
-    """Metres between consecutive positions, roughly; values beyond all measure give infinity."""
+    """Metres between consecutive positions, as `between` has them."""
+    return between([first[:-1], second[:-1]], [first[1:], second[1:]], position)
+
+
+def between(one: Sequence[np.ndarray], other: Sequence[np.ndarray], position: str) -> np.ndarray:
+    """Metres from some positions to others, roughly; values beyond all measure give infinity."""
     with np.errstate(over="ignore", invalid="ignore"):
-        return _distances(first, second, position)
-
-
-def _distances(first: np.ndarray, second: np.ndarray, position: str) -> np.ndarray:
-    if position == "geographic":
-        north = np.radians(np.diff(first)) * EARTH_RADIUS
-        wrapped = (np.diff(second) + 180.0) % 360.0 - 180.0
-        return np.hypot(north, np.radians(wrapped) * EARTH_RADIUS * np.cos(np.radians(first[1:])))
-    if position == "polar":
-        return np.abs(np.diff(first * np.exp(1j * second)))
-    return np.hypot(np.diff(first), np.diff(second))
+        if position == "polar":
+            return np.abs(other[0] * np.exp(1j * other[1]) - one[0] * np.exp(1j * one[1]))
+        first, second = other[0] - one[0], other[1] - one[1]
+        if position == "geographic":
+            wrapped = (second + 180.0) % 360.0 - 180.0
+            first = np.radians(first) * EARTH_RADIUS
+            second = np.radians(wrapped) * EARTH_RADIUS * np.cos(np.radians(other[0]))
+        return np.hypot(first, second)

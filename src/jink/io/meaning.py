@@ -205,11 +205,13 @@ def _from_text(sheet: Sheet, role: str) -> None:
 def _with_minutes(sheet: Sheet, role: str) -> None:
     """Whole degrees, minutes and perhaps seconds in columns of their own."""
     finer = [f"{role}_minutes", f"{role}_seconds"]
+    if finer[0] not in sheet:
+        sheet.drop(*finer)
+        return
     there = [name for name in finer if name in sheet]
     value = sheet.numbers(role)
     known = value[np.isfinite(value)]
-    fits = finer[0] in sheet and known.size and not (known % 1).any() and sheet.roles[role].unit == DEGREE
-    if fits:
+    if known.size and not (known % 1).any() and sheet.roles[role].unit == DEGREE:
         size = np.abs(value)
         for name, parts in zip(finer, (60.0, 3600.0), strict=True):
             if name in sheet:
@@ -239,9 +241,11 @@ def _rescale(sheet: Sheet) -> None:
     if any(column.unit != DEGREE or normal(column.name).endswith(("deg", "degrees")) for column in pairs):
         return
     latitude, longitude = sheet.numbers("latitude"), sheet.numbers("longitude")
-    _exchanged(sheet, latitude, longitude)
-    _maybe_radians(sheet, latitude, longitude)
-    kind, fits = scale(latitude, longitude)
+    known = np.isfinite(latitude) & np.isfinite(longitude)
+    north, east = np.abs(latitude[known]), np.abs(longitude[known])
+    _exchanged(sheet, north, east)
+    _maybe_radians(sheet, north, east)
+    kind, fits = scale(north, east)
     if kind == "minutes":
         for role, value in (("latitude", latitude), ("longitude", longitude)):
             sheet.put(role, from_minutes(value), DEGREE, sheet.shown(role))
@@ -269,10 +273,8 @@ def _rescale(sheet: Sheet) -> None:
     _millimetres(sheet)
 
 
-def _exchanged(sheet: Sheet, latitude: np.ndarray, longitude: np.ndarray) -> None:
-    """Latitudes beyond 90 beside longitudes within 90: the columns are exchanged."""
-    known = np.isfinite(latitude) & np.isfinite(longitude)
-    north, east = np.abs(latitude[known]), np.abs(longitude[known])
+def _exchanged(sheet: Sheet, north: np.ndarray, east: np.ndarray) -> None:
+    """Latitudes beyond 90 beside longitudes within 90: the columns are exchanged. north, east: sizes without a sign."""
     # a few such rows are wrong rows; that all of them are is another matter, 91 (AIS: none) apart
     if north.size > 3 and ((north > 91.0) & (north <= 180.0) & (east <= 90.0)).mean() > 0.9:
         first, second = sheet.shown("latitude"), sheet.shown("longitude")
@@ -282,11 +284,11 @@ def _exchanged(sheet: Sheet, latitude: np.ndarray, longitude: np.ndarray) -> Non
         )
 
 
-def _maybe_radians(sheet: Sheet, latitude: np.ndarray, longitude: np.ndarray) -> None:
+def _maybe_radians(sheet: Sheet, north: np.ndarray, east: np.ndarray) -> None:
     """All positions within pi / 2 and pi of 0° N 0° E: a place in the ocean, or radians; reported speeds decide."""
-    known = np.isfinite(latitude) & np.isfinite(longitude) & ((latitude != 0.0) | (longitude != 0.0))
-    north, east = np.abs(latitude[known]), np.abs(longitude[known])
-    if north.size < 4 or north.max() > 0.5 * np.pi or east.max() > np.pi:
+    if north.max(initial=0.0) > 0.5 * np.pi or east.max(initial=0.0) > np.pi:
+        return
+    if np.count_nonzero((north != 0.0) | (east != 0.0)) < 4:
         return
     names = [sheet.shown(role) for role in ("latitude", "longitude")]
     mend = f"--columns latitude_rad={names[0]},longitude_rad={names[1]}"

@@ -124,11 +124,10 @@ def measure(
     position_sd, altitude_sd = accuracies(sheet)
     speed = speeds(sheet)
     moving, rate_notes = rates(sheet, speed)
-    rows = pl.DataFrame(
-        {"file": pl.repeat(file, frame.height, dtype=pl.String, eager=True), "row": frame["row"]}
-    ).with_columns(
+    whole = pl.repeat(file, frame.height, dtype=pl.String, eager=True).alias("file")
+    rows = pl.DataFrame([whole, frame["row"]]).with_columns(
         target,
-        _source(sheet, file),
+        _source(sheet, whole),
         pl.Series("time", seconds),
         *[pl.Series(name, value) for name, value in values.items()],
         pl.Series("speed", speed),
@@ -252,19 +251,20 @@ def target_names(series: pl.Series) -> pl.Series:
         if whole.filter(series.is_not_null()).all():
             series = series.cast(pl.Int64, strict=False)
     text = texts(series).str.strip_chars()
-    if series.dtype == pl.String and text.str.contains(r"^\d+\.0+$").all():
+    # the first ones tell most tables
+    if series.dtype == pl.String and all(some.str.contains(r"^\d+\.0+$").all() for some in (text.head(100), text)):
         text = text.str.replace(r"\.0+$", "")
     return text.set(text == "", None)
 
 
-def _source(sheet: Sheet, file: str | None) -> pl.Series:
+def _source(sheet: Sheet, file: pl.Series) -> pl.Series:
     """Who measured: the sensor's column where most rows have one, otherwise the file."""
     if "source" in sheet and "source" not in sheet.told and sheet.series("source").count() < sheet.frame.height / 2:
         sheet.notes.append(f"column {sheet.shown('source')!r} is empty in most rows, so it names no sensor")
         sheet.drop("source")
     if "source" in sheet:
         return texts(sheet.series("source")).fill_null("unknown").alias("source")
-    return pl.repeat(file or "data", sheet.frame.height, dtype=pl.String, eager=True).alias("source")
+    return (file.fill_null("data") if file.null_count() else file).alias("source")
 
 
 def _unit(sheet: Sheet, name: str, value: np.ndarray, altitude_unit: str | None) -> float:

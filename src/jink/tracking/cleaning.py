@@ -6,19 +6,20 @@ its state. At its first position a target has no state yet: there the next ones 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 import polars as pl
 
+from ..io.evidence import between
 from ..io.measurements import DIMENSIONS
 from ..io.stages import stage
-from ..io.values import codes_of, order_of, short
+from ..io.values import codes_of, order_of, short, taken
 from .height_jumps import impossible_heights
 
 STALE_SPEED = 0.5  # m/s: slower than this, a repeated position is a target at rest, not a position out of date
 STALE_SPEED_AT_END = 5.0  # m/s: the same at the end of a track, where no next position tells
-EARTH_RADIUS = 6_371_000.0
 
 
 @dataclass(frozen=True)
@@ -37,28 +38,36 @@ class Cleaning:
 
 @dataclass
 class Cleaned:
-    """Rows by target, part and time with the columns `part` and `measured`, and what was done."""
+    """Rows by target, part and time with the columns `part` and `measured`, and what was done; codes (N,) number the
+    targets of the rows.
+    """
 
     rows: pl.DataFrame
+    codes: np.ndarray
     rejected: list[pl.DataFrame] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)
 
-    def drop(self, bad: np.ndarray, reason: str) -> None:
-        """Move the rows marked `bad` to the rejected ones."""
+    def drop(self, bad: np.ndarray, *reasons: str) -> None:
+        """Move the rows marked `bad` to the rejected ones; of several reasons, `bad` says which, from 1 on."""
+        for number, reason in enumerate(reasons, 1):
+            lost = np.flatnonzero(bad == number)
+            if lost.size:
+                named = self.rows.select("file", "row", "target")[lost]
+                self.rejected.append(named.with_columns(reason=pl.lit(reason)))
         if bad.any():
-            mask = pl.Series(bad)
-            self.rejected.append(
-                self.rows.select("file", "row", "target").filter(mask).with_columns(reason=pl.lit(reason))
-            )
-            self.rows = self.rows.filter(~mask)
+            self.take(np.flatnonzero(bad == 0))
+
+    def take(self, which: np.ndarray) -> None:
+        """These rows in this order."""
+        self.rows, self.codes = taken(self.rows, which), self.codes[which]
 
 
 @stage("clean")
 def clean(rows: pl.DataFrame, position: str, how: Cleaning) -> Cleaned:
     """Sort, drop duplicates, blank stale positions, split at gaps, drop first positions that the next contradict, blank
-    heights that cannot be, drop what is too short, in this order.
+    heights that cannot be, drop what is too short, in this order. The rows are taken: their table may end up empty.
     """
-    state, gap = Cleaned(rows), how.gap if how.gap > 0 else np.inf
+    state, gap = Cleaned(rows, codes_of(rows["target"])), how.gap if how.gap > 0 else np.inf
     _order(state, how.sort)
     state.rows = state.rows.with_columns(measured=measured_rows(state.rows, position))
     state.counts |= _duplicates(state, position) if how.drop_duplicates else {"duplicate_times": 0}
@@ -71,29 +80,30 @@ def clean(rows: pl.DataFrame, position: str, how: Cleaning) -> Cleaned:
     return state
 
 
-def changes(*columns: pl.Series) -> np.ndarray:
-    """Where any of the columns differs from the row before; the first row counts as different."""
-    if not len(columns[0]):
-        return np.zeros(0, bool)
+def changes(*columns: pl.Series | np.ndarray) -> np.ndarray:
+    """Where any of the columns (numbers or texts) differs from the row before; the first row counts as different."""
     different = np.zeros(len(columns[0]), bool)
+    different[:1] = True
     for column in columns:
-        different |= column.ne_missing(column.shift(1)).to_numpy()
-    different[0] = True
+        if isinstance(column, np.ndarray):
+            here, before = column[1:], column[:-1]
+            # NaN is equal to NaN
+            different[1:] |= (here != before) & ((here == here) | (before == before))
+        else:
+            different |= column.ne_missing(column.shift(1)).to_numpy()
     return different
 
 
 def _order(state: Cleaned, sort: bool) -> None:
     """By target and time; rows earlier than one before them are counted, or rejected if not to be sorted."""
-    codes, time = codes_of(state.rows["target"]), state.rows["time"].to_numpy()
-    backwards = _backwards(codes, time)
+    backwards = _backwards(state.codes, state.rows["time"].to_numpy())
     state.counts["unsorted"] = int(backwards.sum()) if sort else 0
     if not sort:
         state.counts["out_of_order"] = int(backwards.sum())
         state.drop(backwards, "time runs backwards")
-        codes, time = codes[~backwards], time[~backwards]
-    order = order_of(codes, time)
+    order = order_of(state.codes, state.rows["time"].to_numpy())
     if (np.diff(order) != 1).any():
-        state.rows = state.rows[order]
+        state.take(order)
 
 
 def _backwards(codes: np.ndarray, time: np.ndarray) -> np.ndarray:
@@ -124,7 +134,7 @@ def _duplicates(state: Cleaned, position: str) -> dict[str, int]:
     place than all others of that instant.
     """
     rows = state.rows
-    if not (~changes(rows["target"], rows["time"])).any():
+    if changes(state.codes, rows["time"].to_numpy()).all():
         return {"duplicate_times": 0}
     names = [name for name in DIMENSIONS[position] if name in rows.columns]
     ranked = rows.with_row_index("place").sort("target", "time", pl.col("measured").not_(), "place")
@@ -146,89 +156,80 @@ def _stale(state: Cleaned, position: str, gap: float) -> int:
     itself.
     """
     rows = state.rows
-    several = not _in_order_of_sources(rows)
-    order = (
-        rows.with_row_index("place").sort("target", "source", "time")["place"].to_numpy()
-        if several
-        else np.arange(rows.height)
-    )
-    order = order[rows["measured"].to_numpy()[order]]
+    codes, sources, time = state.codes, codes_of(rows["source"]), rows["time"].to_numpy()
+    order: slice | np.ndarray = slice(None)
+    later = changes(sources) & ~changes(codes)
+    if (sources[1:] < sources[:-1])[later[1:]].any():
+        order = np.lexsort((time, sources, codes))
+    measured = rows["measured"].to_numpy()[order]
+    if not measured.all():
+        order = np.arange(rows.height)[order][measured]
     names = [name for name in DIMENSIONS[position][:2] if name in rows.columns]
-    held = rows.select("target", "source", "time", "speed", *names)
-    held = held[order] if several or order.size < rows.height else held
-    track = changes(held["target"], held["source"])
-    start = track | changes(*[held[name] for name in names])
+    time, place = time[order], [rows[name].to_numpy()[order] for name in names]
+    track = changes(codes[order], sources[order])
+    start = track | changes(*place)
     starts = np.flatnonzero(start)
-    if starts.size == held.height:
+    lengths = np.diff(starts, append=start.size)
+    long = np.flatnonzero(lengths > 1)
+    if not long.size:
         return 0
-    run = np.cumsum(start) - 1
-    first, second = (held[name].to_numpy()[starts] for name in names)
-    distance = distances(first, second, position)
-    time = held["time"].to_numpy()
-    elapsed = time[starts[1:]] - time[starts[:-1]]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        pace = np.where(track[starts[1:]], np.nan, distance / elapsed)  # from run k to run k+1
-    apart = time[starts[1:]] - time[starts[1:] - 1] > gap
-    onward, inward = np.r_[np.where(apart, np.nan, pace), np.nan], np.r_[np.nan, pace]
+
+    def pace(run: np.ndarray) -> np.ndarray:
+        """From some runs to the next ones; NaN where that is of another track."""
+        inside = (run >= 0) & (run + 1 < starts.size)
+        one, other = starts[run[inside]], starts[run[inside] + 1]
+        found = np.full(run.size, np.nan)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            speed = between([x[one] for x in place], [x[other] for x in place], position) / (time[other] - time[one])
+        found[inside] = np.where(track[other], np.nan, speed)
+        return found
+
+    end = (starts + lengths)[long]
+    silent = time[np.minimum(end, time.size - 1)] - time[end - 1] > gap
+    onward = np.where(silent, np.nan, pace(long))
     at_end = np.isnan(onward)
-    moving = np.where(at_end, np.nan_to_num(inward) > STALE_SPEED_AT_END, onward > STALE_SPEED)
-    resting = at_end[run] & (held["speed"].to_numpy() <= STALE_SPEED)
-    stale = ~start & moving[run] & ~resting
+    moving = np.where(at_end, np.nan_to_num(pace(long - 1)) > STALE_SPEED_AT_END, onward > STALE_SPEED)
+    run = np.repeat(np.arange(long.size), lengths[long] - 1)
+    resting = at_end[run] & (rows["speed"].to_numpy()[order][~start] <= STALE_SPEED)
+    stale = ~start
+    stale[stale] = moving[run] & ~resting
     bad = np.zeros(rows.height, bool)
-    bad[order[stale]] = True
-    missing = pl.Series(bad)
-    blanked = [name for name in DIMENSIONS[position] if name in rows.columns]
-    state.rows = rows.with_columns(
-        pl.col("measured") & ~missing,
-        *[pl.when(missing).then(float("nan")).otherwise(pl.col(name)).alias(name) for name in blanked],
-    )
+    bad[order] = stale
+    if bad.any():
+        _blank(state, bad, [name for name in DIMENSIONS[position] if name in rows.columns])
+        state.rows = state.rows.with_columns(pl.col("measured") & ~pl.Series(bad))
     return int(bad.sum())
 
 
-def _in_order_of_sources(rows: pl.DataFrame) -> bool:
-    """Whether rows by target and time are those by target, source and time, as those of one file after the other."""
-    source = rows["source"]
-    later = np.flatnonzero(changes(source) & ~changes(rows["target"]))
-    return bool((source.gather(later) > source.gather(later - 1)).fill_null(False).all())
-
-
-def distances(first: np.ndarray, second: np.ndarray, position: str) -> np.ndarray:
-    """Metres between consecutive positions, roughly: only to tell rest from motion. first, second: their components."""
-    if position == "geographic":
-        north = np.radians(np.diff(first)) * EARTH_RADIUS
-        wrapped = (np.diff(second) + 180.0) % 360.0 - 180.0
-        east = np.radians(wrapped) * EARTH_RADIUS * np.cos(np.radians(first[1:]))
-        return np.hypot(north, east)
-    if position == "polar":
-        return np.abs(np.diff(first * np.exp(1j * second)))
-    return np.hypot(np.diff(first), np.diff(second))
+def _blank(state: Cleaned, bad: np.ndarray, names: Sequence[str]) -> None:
+    """Values of the rows marked `bad` become misses."""
+    missing = pl.Series(bad)
+    state.rows = state.rows.with_columns(
+        pl.when(missing).then(float("nan")).otherwise(pl.col(name)).alias(name) for name in names
+    )
 
 
 def _parts(state: Cleaned, gap: float) -> None:
     """A new part where no position came for longer than `gap`; rows far from any are dropped."""
-    rows = state.rows
-    time = rows["time"].to_numpy()
-    measured = rows["measured"].to_numpy()
-    new_target = changes(rows["target"])
-    first = np.maximum.accumulate(np.where(new_target, np.arange(rows.height), 0))
-    last = np.maximum.accumulate(np.where(measured, np.arange(rows.height), -1))
+    time, measured = state.rows["time"].to_numpy(), state.rows["measured"].to_numpy()
+    missing, known = np.flatnonzero(~measured), np.flatnonzero(measured)
+    starts = np.flatnonzero(changes(state.codes))
+    first = starts[np.searchsorted(starts, missing, side="right") - 1]
+    last = np.r_[-1, known][np.searchsorted(known, missing)]
     unknown = last < first  # no position of this target yet
-    state.counts["missing_positions"] = int((~measured).sum()) - state.counts.get("stale_positions", 0)
-    far = ~unknown & (time - time[np.maximum(last, 0)] > gap)
-    reason = np.where(unknown, 1, np.where(far, 2, 0))
-    before, after = reason == 1, (reason == 2)[reason != 1]
-    state.drop(before, "before the target's first position")
-    state.drop(after, "no position for longer than the gap")
-    state.counts["without_position"] = int((reason > 0).sum())
-    rows = state.rows
-    measured = rows["measured"].to_numpy()
-    time = rows["time"].to_numpy()
-    new_target = changes(rows["target"])
-    latest = np.maximum.accumulate(np.where(measured, np.arange(rows.height), 0))
-    before_this = np.r_[0, latest[:-1]] if rows.height else latest
-    split = ~new_target & measured & (time - time[before_this] > gap)
+    state.counts["missing_positions"] = missing.size - state.counts.get("stale_positions", 0)
+    far = ~unknown & (time[missing] - time[last] > gap)
+    state.counts["without_position"] = int(np.count_nonzero(unknown | far))
+    reason = np.zeros(time.size, np.uint8)
+    reason[missing] = np.where(unknown, 1, 2 * far)
+    state.drop(reason, "before the target's first position", "no position for longer than the gap")
+    time, known = state.rows["time"].to_numpy(), np.flatnonzero(state.rows["measured"].to_numpy())
+    new_target = changes(state.codes)
+    split = np.zeros(time.size, bool)
+    split[known[1:]] = np.diff(time[known]) > gap
+    split &= ~new_target
     state.counts["gaps"] = int(split.sum())
-    state.rows = rows.with_columns(part=pl.Series(_number_within(new_target, split)))
+    state.rows = state.rows.with_columns(part=pl.Series(_number_within(new_target, split)))
 
 
 def _starts(state: Cleaned, position: str, fastest: float) -> int:
@@ -238,17 +239,16 @@ def _starts(state: Cleaned, position: str, fastest: float) -> int:
     rows = state.rows
     names = [name for name in DIMENSIONS[position][:2] if name in rows.columns]
     measured = np.flatnonzero(rows["measured"].to_numpy())
-    held = rows.select("target", "part", "time", *names)[measured]
-    new = changes(held["target"], held["part"])
-    starts = np.flatnonzero(new)
-    lengths = np.diff(np.r_[starts, held.height])
+    starts = np.flatnonzero(changes(state.codes[measured], rows["part"].to_numpy()[measured]))
+    lengths = np.diff(starts, append=measured.size)
     starts = starts[lengths > 4]
     if not starts.size:
         return 0
-    elapsed = np.diff(held["time"].to_numpy())
+    five = measured[starts + np.arange(5)[:, None]]
+    time, place = rows["time"].to_numpy()[five], [rows[name].to_numpy()[five] for name in names]
     with np.errstate(divide="ignore", invalid="ignore"):
-        pace = distances(held[names[0]].to_numpy(), held[names[1]].to_numpy(), position) / elapsed
-        first, after = pace[starts], np.array([pace[starts + k] for k in (1, 2, 3)])
+        pace = between([x[:-1] for x in place], [x[1:] for x in place], position) / np.diff(time, axis=0)
+        first, after = pace[0], pace[1:]
         steady = np.ptp(after, axis=0) < 0.2 * first
         most = after.max(axis=0)
         wrong = (first > np.maximum(1.3 * fastest, 3.0 * most)) & (most <= fastest) & steady & np.isfinite(first)
@@ -264,35 +264,29 @@ def _heights(state: Cleaned, position: str, fastest: float) -> None:
     rows = state.rows
     if name not in rows.columns:
         return
-    new = changes(rows["target"], rows["part"])
+    new = changes(state.codes, rows["part"].to_numpy())
     bad, jumps = impossible_heights(rows["time"].to_numpy(), rows[name].to_numpy(), new, fastest)
     state.counts |= {"impossible_heights": int(bad.sum()), "height_jumps": jumps}
     if bad.any():
-        missing = pl.when(pl.Series(bad)).then(float("nan")).otherwise(pl.col(name))
-        state.rows = rows.with_columns(missing.alias(name))
+        _blank(state, bad, [name])
 
 
 def _short(state: Cleaned, min_points: int) -> None:
     """Parts with fewer than `min_points` positions are dropped whole; the rest is numbered again."""
-    rows = state.rows
-    new_part = changes(rows["target"], rows["part"])
-    index = np.cumsum(new_part) - 1
-    points = np.bincount(index, weights=rows["measured"].to_numpy(), minlength=int(new_part.sum()))
-    short = points < min_points
+    starts = np.flatnonzero(changes(state.codes, state.rows["part"].to_numpy()))
+    lengths = np.diff(starts, append=state.codes.size)
+    short = np.add.reduceat(state.rows["measured"].to_numpy(), starts, dtype=int) < min_points
     state.counts["short_parts"] = int(short.sum())
     if short.any():
-        bad = short[index]
+        bad = np.repeat(short, lengths)
         state.counts["short_rows"] = int(bad.sum())
         state.drop(bad, f"fewer than {min_points} positions in this part of the track")
-        rows = state.rows
-        new_target = changes(rows["target"])
-        state.rows = rows.with_columns(
-            part=pl.Series(_number_within(new_target, changes(rows["target"], rows["part"]) & ~new_target))
-        )
+        new_target = changes(state.codes)
+        split = changes(state.codes, state.rows["part"].to_numpy()) & ~new_target
+        state.rows = state.rows.with_columns(part=pl.Series(_number_within(new_target, split)))
 
 
 def _number_within(new_target: np.ndarray, split: np.ndarray) -> np.ndarray:
     """Number of splits since the target's first row."""
-    total = np.cumsum(split)
-    base = np.maximum.accumulate(np.where(new_target, np.arange(new_target.size), 0))
-    return (total - total[base]).astype(np.int32) if new_target.size else np.zeros(0, np.int32)
+    total, starts = np.cumsum(split, dtype=np.int32), np.flatnonzero(new_target)
+    return total - np.repeat(total[starts], np.diff(starts, append=total.size))

@@ -24,11 +24,20 @@ def impossible_heights(time: np.ndarray, height: np.ndarray, new: np.ndarray, fa
     known = np.flatnonzero(np.isfinite(height))
     if known.size < 2:
         return bad, 0
-    part = np.cumsum(new)[known]
+    parts = np.cumsum(new)
+    part = parts[known]
+    cut = _cuts(time[known], height[known], part, fastest)
+    # most parts have none, and are not looked at again
+    asked = np.zeros(part[-1] + 1, bool)
+    asked[part[1:][cut]] = True
+    inside = asked[part]
+    if not inside.any():
+        return bad, 0
+    known, part = known[inside], part[inside]
     cut = _cuts(time[known], height[known], part, fastest)
     bad[known] = _wrong(time[known], height[known], part, cut, fastest)
     good = known[~bad[known]]
-    return bad, int(_cuts(time[good], height[good], np.cumsum(new)[good], fastest).sum()) if cut.any() else 0
+    return bad, int(_cuts(time[good], height[good], parts[good], fastest).sum())
 
 
 def _cuts(t: np.ndarray, h: np.ndarray, part: np.ndarray, fastest: float) -> np.ndarray:

@@ -18,11 +18,12 @@ import polars as pl
 
 from ..catalogue.targets import KINDS
 from ..estimate import Estimate
+from ..io.evidence import distances
 from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
 from ..io.measurements import Measurements
 from ..io.writing import plain_times
-from .cleaning import STALE_SPEED, STALE_SPEED_AT_END, distances, measured_rows
+from .cleaning import STALE_SPEED, STALE_SPEED_AT_END, measured_rows
 from .ground import least_heights
 from .live_lagged import OUTPUTS as LAGGED
 from .live_lagged import Delayed, lagged_table, scans_of

@@ -16,9 +16,11 @@ import polars as pl
 
 from ..catalogue.targets import KINDS, Kind
 from ..io.stages import stage
+from .cleaning import changes
 from .correlated import correlated_errors
 from .several import FACTOR, several_targets
 from .slant import slant_height
+from .stretches import CHUNK, pieces
 
 FEWEST = 10  # measured rows of a target; of fewer nothing is said
 TOO_FAST = 1.5  # times the kind's speed, by the median of a target
@@ -42,7 +44,6 @@ SHARED = 0.2  # of the rows, whose times are not their own
 COARSE = 1800.0  # s: an even step of at least this is a clock of half hours or hours
 OLDEST = datetime(1990, 1, 1, tzinfo=UTC)
 NAMED = 5  # targets that a finding names
-LONG = 500_000  # rows of a target
 
 
 @dataclass(frozen=True)
@@ -146,28 +147,23 @@ def as_dicts(found: Sequence[Finding], targets: int) -> list[dict[str, Any]]:
 def _by_target(tracks: pl.DataFrame, kind: Kind) -> pl.DataFrame:
     """One row per target: counts and quantiles of what the checks look at."""
     wanted = _looked_at(tracks, kind)
+    tracks = tracks.select({"target", *(name for figure in wanted for name in figure.meta.root_names())})
     runs = tracks.select(pl.col("target").rle().alias("run")).unnest("run")
-    if runs["value"].n_unique() < runs.height:
+    if not 0 < runs["value"].n_unique() == runs.height:
         return tracks.group_by("target", maintain_order=True).agg(wanted)
-    # A group is copied, for all figures at once. A long target needs no copy: its figures are found one by one. Its
-    # sums are added in another order than those of a group, so the last digit of its path may differ.
-    found, first, end = [], 0, 0
-    for length in runs["len"]:
-        if length >= LONG:
-            found.append(_in_runs(tracks[first:end], wanted))
-            rows = tracks[end : end + length]
-            figures = [rows.select(one) for one in (pl.col("target").first(), *wanted)]
+    found = []
+    for piece in pieces(np.r_[0, np.cumsum(runs["len"])]):
+        if piece.part is None:
+            # groups by rising numbers are told faster than by names
+            number = pl.col("target").rle_id().set_sorted().alias("run")
+            grouped = tracks[piece.rows].with_columns(number).group_by("run", maintain_order=True)
+            found.append(grouped.agg(pl.col("target").first(), *wanted).drop("run"))
+        elif piece.rows.start == piece.part.start:
+            # a group is copied, for all figures at once: those of a long target are found one by one
+            rows = tracks[piece.part]
+            figures = [rows.select(figure) for figure in (pl.col("target").first(), *wanted)]
             found.append(pl.concat(figures, how="horizontal"))
-            first = end + length
-        end += length
-    return pl.concat([*found, _in_runs(tracks[first:], wanted)])
-
-
-def _in_runs(tracks: pl.DataFrame, wanted: Sequence[pl.Expr]) -> pl.DataFrame:
-    """Of targets whose rows stand together: groups by rising numbers are told faster than by names."""
-    number = pl.col("target").rle_id().set_sorted().alias("run")
-    grouped = tracks.with_columns(number).group_by("run", maintain_order=True)
-    return grouped.agg(pl.col("target").first(), *wanted).drop("run")
+    return pl.concat(found)
 
 
 def _looked_at(tracks: pl.DataFrame, kind: Kind) -> list[pl.Expr]:
@@ -389,12 +385,15 @@ def _wrong_dates(tracks: pl.DataFrame) -> pl.DataFrame:
 
 def _steps(tracks: pl.DataFrame) -> tuple[int, float, float]:
     """The number, least and largest of the times between two rows of a target (s)."""
-    time = tracks["time"]
-    seconds = time.dt.epoch("ms").to_numpy() / 1e3 if isinstance(time.dtype, pl.Datetime) else time.to_numpy()
-    inside = (tracks["target"] == tracks["target"].shift(1)).fill_null(False).to_numpy()[1:]
-    step = np.diff(seconds)[inside]
-    step = step[step > 0]
-    return (step.size, float(step.min()), float(step.max())) if step.size else (0, np.inf, -np.inf)
+    count, least, most = 0, np.inf, -np.inf
+    for first in range(0, tracks.height, CHUNK):
+        time, target = (tracks[name][first : first + CHUNK + 1] for name in ("time", "target"))
+        seconds = time.dt.epoch("ms").to_numpy() / 1e3 if isinstance(time.dtype, pl.Datetime) else time.to_numpy()
+        step = np.diff(seconds)[~changes(target)[1:]]
+        step = step[step > 0]
+        count += step.size
+        least, most = min(least, float(step.min(initial=np.inf))), max(most, float(step.max(initial=-np.inf)))
+    return count, least, most
 
 
 def _times(seen: Seen) -> Iterator[Finding]:

@@ -188,8 +188,8 @@ def prepare(measurements: Measurements, settings: Settings, known: Known | None 
     pace = known.pace if known else Pace.of(usual_step(measurements.rows), settings)
     fastest = kind_of(settings.kind).speed if settings.check else 0.0
     how = Cleaning(pace.gap, settings.min_points, settings.sort, settings.drop_duplicates, settings.drop_stale, fastest)
-    cleaned = clean(measurements.rows, measurements.position, how)
-    measurements.rows = measurements.rows.clear()
+    rows, measurements.rows = measurements.rows.clone(), measurements.rows.clear()
+    cleaned = clean(rows, measurements.position, how)
     site = None if measurements.position == "geographic" else settings.site
     named = "source" in measurements.named
     placed = place(cleaned.rows, measurements.position, site, axes_of(settings.filter), named)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 from ..catalogue.choose import axes_of
 from ..io.loading import Loaded
 from ..io.measurements import Measurements
-from .cleaning import Cleaned
+from .cleaning import Cleaned, changes
 from .output import nis_share
 from .prepare import Group, Settings
 
@@ -61,6 +62,7 @@ def summarise(
 ) -> dict[str, Any]:
     """Counts that add up (rows = accepted + rejected), all that was assumed, noise, status, consistency."""
     times = tracks["time"]
+    parts_of = tracks.select("target", "part")[np.flatnonzero(changes(tracks["target"], tracks["part"]))]
     flat = [group.placed for group in groups if group.placed.axes == 2]
     notes = list(loaded.measurements.notes)
     if flat and loaded.measurements.position != "polar":
@@ -77,8 +79,8 @@ def summarise(
         "rows": loaded.count,
         "accepted": tracks.height,
         "rejected": {reason: count for reason, count in reasons(rejected)},
-        "targets": tracks["target"].n_unique(),
-        "parts": tracks.select(pl.struct("target", "part").rle().struct.field("value").n_unique()).item(),
+        "targets": parts_of["target"].n_unique(),
+        "parts": parts_of.n_unique(),
         "start": plain(times.min()),
         "end": plain(times.max()),
         "columns": loaded.measurements.named,
