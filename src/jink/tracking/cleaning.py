@@ -65,9 +65,12 @@ class Cleaned:
 @stage("clean")
 def clean(rows: pl.DataFrame, position: str, how: Cleaning) -> Cleaned:
     """Sort, drop duplicates, blank stale positions, split at gaps, drop first positions that the next contradict, blank
-    heights that cannot be, drop what is too short, in this order. The rows are taken: their table may end up empty.
+    heights that cannot be, drop what is too short, in this order. The rows are taken: their table is empty afterwards.
     """
-    state, gap = Cleaned(rows, codes_of(rows["target"])), how.gap if how.gap > 0 else np.inf
+    # whoever called still has the table: without its columns, it keeps none that was replaced
+    own = pl.DataFrame([rows.drop_in_place(name) for name in rows.columns])
+    state, gap = Cleaned(own, codes_of(own["target"])), how.gap if how.gap > 0 else np.inf
+    del own
     _order(state, how.sort)
     state.rows = state.rows.with_columns(measured=measured_rows(state.rows, position))
     state.counts |= _duplicates(state, position) if how.drop_duplicates else {"duplicate_times": 0}
