@@ -5,7 +5,6 @@
 
 namespace {
 
-using Flags = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 // Does a value change from row k to the next by more than rounding? Not where it is missing.
 bool changes(const double *value, std::size_t m, std::size_t k, double rounding) {

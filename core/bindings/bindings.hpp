@@ -14,6 +14,7 @@ using Vector = std::vector<double>;
 using Doubles = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 using Const = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 using Indices = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Flags = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 // A NumPy array that owns these numbers.
 template <class N> nb::object array_of(std::vector<N> &&values, std::initializer_list<std::size_t> shape) {
