@@ -74,8 +74,9 @@ def flights(path: Path) -> tuple[Flight, ...]:
     cleaned = clean(measurements.rows, measurements.position, Cleaning(gap=60.0, min_points=120))
     groups = place(cleaned.rows, measurements.position, None)
     spatial = next(group for group in groups if group.axes == 3)
-    covariance = noise_levels(spatial, {}, "aircraft").covariance
-    begin_with_height(spatial, covariance)
+    noise = noise_levels(spatial, {}, "aircraft").covariance
+    begin_with_height(spatial, noise)
+    covariance = noise[:]
     targets = spatial.rows["target"]
     return tuple(
         Flight(

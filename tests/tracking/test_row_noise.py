@@ -5,52 +5,88 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jink.tracking.row_noise import FEWEST, JoinedNoise, Repeated, uniform
+from jink.tracking.row_noise import BLOCK, FEWEST, Repeated, RowNoise
+
+ROWS = 2 * BLOCK + 1_000
+ASKED = (slice(None), slice(BLOCK - 10, 2 * BLOCK + 10), np.arange(50) * 7, np.arange(ROWS) % 3 == 0)
 
 
-@pytest.mark.parametrize("shape", [(3,), (3, 3)])
-def test_rows_have_the_covariances_that_they_had(shape):
-    rng = np.random.default_rng(0)
-    different = rng.uniform(1.0, 2.0, (5, *shape))
-    whole = np.repeat(different[[0, 1, 0, 2, 3, 4]], FEWEST // 4, axis=0)
-    kept = Repeated.of(whole)
-    assert isinstance(kept, Repeated) and len(kept.different) == 6
-    for rows in (slice(None), slice(FEWEST // 4 - 3, FEWEST // 4 + 3), rng.integers(0, len(whole), 50)):
-        np.testing.assert_array_equal(kept[rows], whole[rows])
+def symmetric(size, rows, seed):
+    values = np.random.default_rng(seed).uniform(1.0, 2.0, (rows, size, size))
+    return values + np.swapaxes(values, 1, 2)
 
 
-def test_few_rows_and_rows_that_all_differ_are_not_put_away():
-    differ = np.random.default_rng(0).uniform(1.0, 2.0, (FEWEST, 2))
-    assert [Repeated.of(each) for each in (np.ones((FEWEST - 1, 3)), differ, None)] == [None] * 3
+@pytest.mark.parametrize("size", [1, 2, 3])
+def test_covariances_come_back_as_they_were_given(size):
+    R = symmetric(size, ROWS, 0)
+    noise = RowNoise.of_covariances(R)
+    assert len(noise) == ROWS
+    for rows in ASKED:
+        np.testing.assert_array_equal(noise[rows], R[rows])
+        np.testing.assert_array_equal(noise.some(rows)[:], R[rows])
+    np.testing.assert_array_equal(np.asarray(noise), R)
+    np.testing.assert_array_equal(noise.first(1)[:], R[:, :1, :1])
+
+
+def test_variances_come_back_as_variances():
+    variances = np.random.default_rng(1).uniform(1.0, 2.0, (ROWS, 3))
+    noise = RowNoise.of_variances(variances.T)
+    for rows in ASKED:
+        np.testing.assert_array_equal(noise[rows], variances[rows])
+    np.testing.assert_array_equal(noise.beside([variances[:, 0]])[:], variances[:, [0, 1, 2, 0]])
 
 
 @pytest.mark.parametrize("axes", [2, 3])
-@pytest.mark.parametrize("crossed", [False, True])
-def test_joined_noise_is_that_of_positions_and_velocities(axes, crossed):
-    rng = np.random.default_rng(1)
-    position, (xx, yy, zz, xy) = rng.uniform(1.0, 2.0, (9_000, axes, axes)), rng.uniform(1.0, 2.0, (4, 9_000))
-    joined = JoinedNoise(position, (xx, yy, zz), xy if crossed else None)
-    whole = np.zeros((9_000, 2 * axes, 2 * axes))
-    whole[:, :axes, :axes] = position
-    whole[:, axes, axes], whole[:, axes + 1, axes + 1] = xx, yy
-    if axes == 3:
-        whole[:, 5, 5] = zz
-    if crossed:
-        whole[:, axes, axes + 1] = whole[:, axes + 1, axes] = xy
-    for rows in (slice(None), slice(3_990, 8_010), rng.integers(0, 9_000, 50), rng.random(9_000) < 0.5):
-        np.testing.assert_array_equal(joined[rows], whole[rows])
-    np.testing.assert_array_equal(np.asarray(joined), whole)
+def test_further_components_are_independent(axes):
+    R, more = symmetric(axes, ROWS, 2), np.random.default_rng(3).uniform(1.0, 2.0, (axes, ROWS))
+    whole = np.zeros((ROWS, 2 * axes, 2 * axes))
+    whole[:, :axes, :axes] = R
+    for k in range(axes):
+        whole[:, axes + k, axes + k] = more[k]
+    noise = RowNoise.of_covariances(R).beside(more)
+    for rows in ASKED:
+        np.testing.assert_array_equal(noise[rows], whole[rows])
+    np.testing.assert_array_equal(noise.first(axes)[:], R)
 
 
-@pytest.mark.parametrize("crossed", [False, True])
-def test_joined_noise_that_repeats_is_kept_once(crossed):
-    count, rng = FEWEST + 5, np.random.default_rng(2)
-    changes = np.arange(count) >= np.array([[10], [20], [30], [40]])
-    position = np.full((count, 2, 2), 3.0) + changes[0, :, None, None]
-    joined = JoinedNoise(position, (*(1.0 + changes[1:3]), rng.random(count)), 0.1 * changes[3] if crossed else None)
-    kept = Repeated.of(joined)
-    assert isinstance(kept, Repeated) and len(kept.different) == (5 if crossed else 4)
-    np.testing.assert_array_equal(kept[:], joined[:])
-    assert not uniform(joined)
-    assert uniform(JoinedNoise(position[50:], tuple(each[50:] for each in joined.variances), None))
-    assert not uniform(JoinedNoise(position[50:], (np.arange(count - 50.0), *joined.variances[1:]), None))
+def test_some_rows_may_have_other_noise():
+    R, S = symmetric(2, 100, 4), symmetric(2, 100, 5)
+    S[:, 0, 1] = S[:, 1, 0] = 0.0
+    which = np.arange(100) % 2 == 0
+    other = RowNoise(2, {(0, 0): S[:, 0, 0], (1, 1): S[:, 1, 1]})
+    expected = np.where(which[:, None, None], S, R)
+    np.testing.assert_array_equal(RowNoise.of_covariances(R).where(which, other)[:], expected)
+    np.testing.assert_array_equal(other.where(~which, RowNoise.of_covariances(R))[:], expected)
+
+
+def test_rows_that_are_taken_out_keep_their_values():
+    noise = RowNoise.of_variances([np.ones(10)])
+    some = noise.some(slice(5))
+    noise.variance(0)[:] = 2.0
+    np.testing.assert_array_equal(some[:], np.ones((5, 1)))
+
+
+@pytest.mark.parametrize("full", [False, True])
+def test_noise_that_repeats_is_kept_once(full):
+    count = FEWEST + 5
+    different = np.random.default_rng(6).uniform(1.0, 2.0, (6, 3))
+    values = np.repeat(different[[0, 1, 0, 2, 3, 4]], FEWEST // 4, axis=0)[:count].T
+    entries = {(0, 0): values[0], (1, 1): values[1], (0, 1): values[2]} if full else {(0, 0): values[0]}
+    noise = RowNoise(2 if full else 1, entries, full)
+    kept = Repeated.of(noise)
+    assert isinstance(kept, Repeated) and len(kept.different) == 5
+    for rows in (slice(None), slice(FEWEST // 4 - 3, FEWEST // 4 + 3), np.arange(0, count, 997)):
+        np.testing.assert_array_equal(kept[rows], noise[rows])
+
+
+def test_few_rows_and_rows_that_all_differ_are_not_put_away():
+    few = RowNoise.of_variances([np.ones(FEWEST - 1)])
+    differ = RowNoise.of_variances(np.random.default_rng(7).uniform(1.0, 2.0, (2, FEWEST)))
+    assert [Repeated.of(each) for each in (few, differ, None)] == [None] * 3
+
+
+def test_noise_is_uniform_where_no_entry_differs():
+    same, late = np.ones(5_000), np.ones(5_000)
+    late[-1] = 2.0
+    assert RowNoise(2, {(0, 0): same, (1, 1): same}).uniform
+    assert not RowNoise(2, {(0, 0): same, (0, 1): late, (1, 1): same}).uniform

@@ -11,12 +11,13 @@ from ..catalogue.choose import purpose_of
 from .held_out import measured_places
 from .noise_level import NoiseLevel
 from .placing import Placed
+from .row_noise import RowNoise
 
 
 def as_positions(placed: Placed, level: NoiseLevel) -> tuple[Placed, NoiseLevel]:
     """Range, azimuth and perhaps elevation or altitude to x, y and z; covariances to the first order, by row."""
     axes = placed.axes
-    position, covariance = measured_places(placed, level.positions)
+    position, covariance = measured_places(placed, level.covariance[:])
     good = np.isfinite(covariance).all(axis=(1, 2))
     covariance[~good] = np.eye(axes)
     across = np.sqrt(0.5 * (covariance[good, 0, 0] + covariance[good, 1, 1]))
@@ -24,7 +25,7 @@ def as_positions(placed: Placed, level: NoiseLevel) -> tuple[Placed, NoiseLevel]
     if axes == 3:
         typical["altitude"] = float(np.median(np.sqrt(covariance[good, 2, 2]))) if good.any() else 1.0
     converted = replace(placed, z=np.ascontiguousarray(position), components=("x", "y", "z")[:axes])
-    return converted, NoiseLevel(covariance, typical, level.sources)
+    return converted, NoiseLevel(RowNoise.of_covariances(covariance), typical, level.sources)
 
 
 def in_metres(group: Any, kind: str) -> Any:

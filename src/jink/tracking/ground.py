@@ -12,25 +12,26 @@ import numpy as np
 from ..catalogue.choose import EARTH_RADIUS
 from ..io.geodesy import SiteFrame
 from .placing import Placed
+from .row_noise import RowNoise
 from .state import State
 
 SURE = 3.0  # sds below the lowest height
 HEIGHTS = ("altitude", "z")  # components that are heights; an elevation's error grows with the range
 
 
-def lowest_ground(placed: Placed, covariance: np.ndarray) -> float:
+def lowest_ground(placed: Placed, noise: RowNoise) -> float:
     """The lowest height (m) that the ground may have, NaN where no height was measured."""
-    return float(np.fmin.reduce(least_heights(placed, covariance), initial=np.nan))
+    variance = noise.variance(2) if noise.size > 2 else np.nan
+    return float(np.fmin.reduce(least_heights(placed, variance), initial=np.nan))
 
 
-def least_heights(placed: Placed, covariance: np.ndarray) -> np.ndarray:
+def least_heights(placed: Placed, variance: np.ndarray | float) -> np.ndarray:
     """What each row says of the ground (N,): its height less what that may err by, NaN where there is none.
 
-    covariance (N, m, m) or variances (N, m) of the measurements.
+    variance (N,), or of all, of the measured heights (m²).
     """
     if placed.axes < 3 or placed.components[2] not in HEIGHTS:
         return np.full(len(placed.height), np.nan)
-    variance = covariance[:, 2] if covariance.ndim == 2 else covariance[:, 2, 2]
     return above_earth(placed, placed.plane, placed.height) - SURE * np.sqrt(variance)
 
 

@@ -386,7 +386,7 @@ class LiveTracks:
             return np.full(placed.time.size, np.nan)
         sd = _usual(self.settings.sensor_sd, self.settings.kind)["altitude"]
         order = np.argsort(placed.rows["row"].to_numpy(), kind="stable")
-        least = least_heights(placed, np.full((placed.time.size, 3), sd**2))[order]
+        least = least_heights(placed, sd**2)[order]
         lowest = np.fmin.accumulate(np.r_[self.ground, least])[1:]
         self.ground = float(lowest[-1])
         return lowest[np.argsort(order)]

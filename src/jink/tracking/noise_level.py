@@ -20,7 +20,7 @@ from .cleaning import changes
 from .decided import Decided
 from .lasting import kept, lasting_errors, said
 from .placing import Placed
-from .row_noise import JoinedNoise, uniform
+from .row_noise import RowNoise
 from .scatter import component_sd, plane_scatter, rough_velocity
 
 USUAL_ALTITUDE_SD = 10.0
@@ -41,14 +41,14 @@ GIVEN = {
 
 @dataclass
 class NoiseLevel:
-    """Covariance per row (N, m, m) or variances (N, m), typical sds, and a line per source.
+    """The noise of each row, typical sds, and a line per source.
 
     step: of time, that the figures are for (s; None: the median of the rows). lasting (N,): what positions keep of
     errors that last, a variance (m²) that no filter takes out; None where errors are independent. velocity (K, 2):
     rough ones (m/s) of the rows with a position, None where nobody has asked for them.
     """
 
-    covariance: np.ndarray | JoinedNoise
+    covariance: RowNoise
     typical: dict[str, float]
     sources: list[dict[str, Any]] = field(default_factory=list)
     step: float | None = None
@@ -58,16 +58,6 @@ class NoiseLevel:
     def figure(self, source: str, name: str) -> float:
         """A source's figure, NaN where it is not known."""
         return next((float(line.get(name, math.nan)) for line in self.sources if line["source"] == source), math.nan)
-
-    @property
-    def uniform(self) -> bool:
-        """Whether every row has the same noise, so that the sensor alone can state it."""
-        return uniform(self.covariance)
-
-    @property
-    def positions(self) -> np.ndarray:
-        """The same of positions without velocities; they may be changed."""
-        return self.covariance.position if isinstance(self.covariance, JoinedNoise) else self.covariance
 
 
 def parse_sensor_sd(given: float | str | Mapping[str, float] | None) -> dict[str, float]:
@@ -120,7 +110,6 @@ def noise_levels(
 def _plane(
     placed: Placed, given: Mapping[str, float], kind: str, known_level: NoiseLevel | None, usual: float | None
 ) -> NoiseLevel:
-    count = placed.rows.height
     vertical = placed.components[2] if placed.axes == 3 else None
     measured = np.isfinite(placed.plane[:, 0]) & np.isfinite(placed.plane[:, 1])
     # of all rows a view is enough
@@ -167,35 +156,41 @@ def _plane(
     for name in ("position_sd", "altitude_sd"):
         if name in sd and "given" not in origins[name]:
             sd[name] = _stated(placed, sd[name], name, lines)
-    covariance = np.zeros((count, placed.axes, placed.axes))
-    covariance[:, 0, 0] = covariance[:, 1, 1] = sd["position_sd"] ** 2
+    variance = sd["position_sd"] ** 2
+    plain = RowNoise(2, {(0, 0): variance, (1, 1): variance})
     if stamps.any():
         if velocity is None:
             velocity = rough_velocity(time, plane, starts, usual=usual)
-        along = velocity * sd["time_sd"][which, None]
-        covariance[which, 0, 0] += along[:, 0] ** 2
-        covariance[which, 1, 1] += along[:, 1] ** 2
-        covariance[which, 0, 1] = covariance[which, 1, 0] = along[:, 0] * along[:, 1]
-    if vertical:
-        covariance[:, 2, 2] = sd["altitude_sd"] ** 2
+        plain = _with_time_stamps(variance, velocity * sd["time_sd"][which, None], which)
     if "cov_ee" in placed.rows.columns:
-        sd["position_sd"] = _as_placed(placed, covariance, sd["position_sd"])
-    plain = covariance[:, :2, :2]
+        plain, sd["position_sd"] = _as_placed(placed, plain, sd["position_sd"])
     decided = (known_level.sources or [{}])[0] if known_level else None
     radar = seen_by_radar.covariances(placed, measured, starts, group, of_source.size, given, plain, decided)
     if radar is not None:
-        covariance[measured, :2, :2] = radar[0][measured]
+        plain = plain.where(measured, radar[0])
         for number, line in enumerate(lines):
             for name, each in zip(("range", "azimuth"), radar[1:], strict=True):
                 line[f"{name}_sd"] = float(np.median(each[of_source == number]))
                 line[f"{name}_sd_from"] = "given" if name in given else "estimated"
-        sd["position_sd"] = np.sqrt(0.5 * (covariance[:, 0, 0] + covariance[:, 1, 1]))
+        sd["position_sd"] = np.sqrt(0.5 * (plain.variance(0) + plain.variance(1)))
         kept_errors = None
     if kept_errors is not None:
         kept_errors[sd["position_sd"] != estimated] = 0.0  # of rows whose accuracy is stated
     names = {"position": "position_sd", "altitude": "altitude_sd"}
     typical = known_level.typical if known_level else _typical(sd, names)
-    return NoiseLevel(covariance, typical, lines, lasting=kept_errors, velocity=velocity)
+    if vertical:
+        plain = plain.beside([sd["altitude_sd"] ** 2])
+    return NoiseLevel(plain, typical, lines, lasting=kept_errors, velocity=velocity)
+
+
+def _with_time_stamps(variance: np.ndarray, along: np.ndarray, which: slice | np.ndarray) -> RowNoise:
+    """Of positions that err alike in x and y, and by `along` (n, 2) m in the rows whose time stamps err."""
+    xx, yy, xy = variance.copy(), variance.copy(), np.zeros(len(variance))
+    x, y = along.T
+    xx[which] += x**2
+    yy[which] += y**2
+    xy[which] = x * y
+    return RowNoise(2, {(0, 0): xx, (0, 1): xy, (1, 1): yy})
 
 
 def _heights(
@@ -221,8 +216,8 @@ def _heights(
     return _decide(asked, found, of_source, USUAL_ALTITUDE_SD)
 
 
-def _as_placed(placed: Placed, covariance: np.ndarray, sd: np.ndarray) -> np.ndarray:
-    """Put the covariance of a radar's plots on the map into `covariance`, in the axes of the frame; their sds (N,)."""
+def _as_placed(placed: Placed, other: RowNoise, sd: np.ndarray) -> tuple[RowNoise, np.ndarray]:
+    """The noise of a radar's plots on the map, in the axes of the frame, and its sds (N,); that of the other rows."""
     names = ("cov_ee", "cov_en", "cov_nn")
     east, both, north = (placed.rows[name].to_numpy() for name in names)
     turned = placed.frame.anchor_convergence if isinstance(placed.frame, DevelopedFrame) else np.zeros(len(sd))
@@ -231,9 +226,8 @@ def _as_placed(placed: Placed, covariance: np.ndarray, sd: np.ndarray) -> np.nda
     yy = sin**2 * east + 2.0 * cos * sin * both + cos**2 * north
     xy = cos * sin * (east - north) + (cos**2 - sin**2) * both
     good = np.isfinite(xx + yy + xy)
-    covariance[good, 0, 0], covariance[good, 1, 1] = xx[good], yy[good]
-    covariance[good, 0, 1] = covariance[good, 1, 0] = xy[good]
-    return np.where(good, np.sqrt(0.5 * np.where(good, xx + yy, 1.0)), sd)
+    noise = other.where(good, RowNoise(2, {(0, 0): xx, (0, 1): xy, (1, 1): yy}))
+    return noise, np.where(good, np.sqrt(0.5 * np.where(good, xx + yy, 1.0)), sd)
 
 
 def _polar(placed: Placed, given: Mapping[str, float], known_level: NoiseLevel | None) -> NoiseLevel:
@@ -254,7 +248,7 @@ def _polar(placed: Placed, given: Mapping[str, float], known_level: NoiseLevel |
     for name, found in scatter.items():
         _scatter(lines, name, found, of_source)
     return NoiseLevel(
-        np.column_stack(list(sd.values())) ** 2,
+        RowNoise.of_variances(each**2 for each in sd.values()),
         _typical(sd, {n: f"{n}_sd" for n in placed.components}),
         lines,
     )
@@ -267,10 +261,15 @@ def _groups(placed: Placed) -> tuple[list[str], np.ndarray, np.ndarray]:
     sensor's column).
     """
     names = placed.rows["source"].unique(maintain_order=True)
-    source = placed.rows["source"].replace_strict(names, np.arange(len(names)), return_dtype=pl.Int64).to_numpy()
+    source = np.zeros(placed.rows.height, np.int64)
+    if len(names) > 1:
+        source = placed.rows["source"].replace_strict(names, np.arange(len(names)), return_dtype=pl.Int64).to_numpy()
     if not _by_target(placed):
         return names.to_list(), source, np.arange(len(names))
-    target = np.cumsum(changes(placed.rows["target"])) - 1
+    offsets = placed.offsets
+    target = np.repeat(np.cumsum(changes(placed.rows["target"][offsets[:-1]])) - 1, np.diff(offsets))
+    if len(names) == 1:
+        return names.to_list(), target, np.zeros(int(target[-1]) + 1, np.int64)
     pair, group = np.unique(target * len(names) + source, return_inverse=True)
     return names.to_list(), group, pair % len(names)
 

@@ -13,6 +13,7 @@ from ..io.geodesy import DevelopedFrame, SiteFrame, develop
 from ..io.stages import stage
 from ..models.observed import to_positions
 from .cleaning import changes
+from .row_noise import RowNoise
 
 UNKNOWN_HEIGHT = 300.0  # m: how far the height may have been from the first one that was reported
 
@@ -120,11 +121,11 @@ def lay(
     return Placed(rows, time, np.ascontiguousarray(z), plane, height, new, axes, names[:axes], frame, sensors_named)
 
 
-def begin_with_height(placed: Placed, covariance: np.ndarray) -> None:
+def begin_with_height(placed: Placed, noise: RowNoise) -> None:
     """Let parts whose first rows have no height start with the first one known, as uncertain as it is.
 
     A filter starts from complete positions. The first two positions of such a part get that height in `z` and
-    its variance in `covariance`, both changed in place; the rows after them stay without one.
+    its variance in `noise`, both changed in place; the rows after them stay without one.
     """
     if placed.axes < 3 or placed.components[2] == "elevation":
         return
@@ -141,7 +142,7 @@ def begin_with_height(placed: Placed, covariance: np.ndarray) -> None:
     rank = np.cumsum(before) - np.concatenate([[0], np.cumsum(before)])[starts][index]
     chosen = np.flatnonzero(before & (rank <= 2))
     placed.z[chosen, 2] = placed.z[first[index[chosen]].astype(int), 2]
-    covariance[(chosen, 2) if covariance.ndim == 2 else (chosen, 2, 2)] = UNKNOWN_HEIGHT**2
+    noise.variance(2)[chosen] = UNKNOWN_HEIGHT**2
 
 
 def _flat(z: np.ndarray, names: Sequence[str], site: SiteFrame | None) -> tuple[np.ndarray, np.ndarray]:

@@ -28,7 +28,7 @@ from .held_out import Used
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
-from .row_noise import JoinedNoise, Repeated
+from .row_noise import Repeated, RowNoise
 from .seen_by_radar import with_lines_of_sight
 from .several_sites import to_the_map
 from .unknown_height import TargetHeight, height_of, on_the_ground
@@ -125,7 +125,7 @@ class Group:
     level: NoiseLevel
     purpose: Purpose
     filter: Any
-    covariance: np.ndarray | JoinedNoise | None
+    covariance: RowNoise | None
     rates: Used = field(default_factory=Used)
     ground: float = math.nan
     repeated: Repeated | None = None
@@ -162,7 +162,9 @@ class Known:
         """As the prepared rows show it; some: there are others, which may be lower, so that no ground is known."""
         step = prepared.pace.step or None
         levels = {
-            group.placed.axes: NoiseLevel(group.level.covariance[:1], group.level.typical, group.level.sources, step)
+            group.placed.axes: NoiseLevel(
+                group.level.covariance.some(slice(1)), group.level.typical, group.level.sources, step
+            )
             for group in prepared.groups
         }
         filters = {group.placed.axes: (group.purpose, group.filter) for group in prepared.groups}
@@ -255,12 +257,12 @@ def _group(placed: Placed, pace: Pace, settings: Settings, known: Known | None) 
     covariance = None
     # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
     if named or getattr(filter, "fitted", {}).get("noise") == "of each row":
-        begin_with_height(placed, level.positions)
-        covariance = None if known is None and level.uniform else level.covariance
+        begin_with_height(placed, level.covariance)
+        covariance = None if known is None and level.covariance.uniform else level.covariance
     elif settings.sensor_sd or converted:
         covariance = level.covariance
     # the lowest height of some rows is not that of all
-    ground = known.grounds.get(placed.axes, math.nan) if known else lowest_ground(placed, level.positions)
+    ground = known.grounds.get(placed.axes, math.nan) if known else lowest_ground(placed, level.covariance)
     return Group(placed, replace(level, velocity=None), purpose, filter, covariance, used, ground)
 
 

@@ -84,10 +84,11 @@ def _appended(placed: Placed, level: NoiseLevel, rate: np.ndarray, sd: float) ->
     """A radar's measurements with their range rate."""
     joined = replace(placed, z=np.column_stack([placed.z, rate]), components=(*placed.components, "range_rate"))
     angles = [column for column, name in enumerate(placed.components) if name in ("azimuth", "elevation")]
-    angle = np.sqrt(level.positions[:, angles].sum(axis=1))
+    angle = np.sqrt(sum((level.covariance.variance(column) for column in angles), np.zeros(len(rate))))
     variance = rate_variance(placed.z[:, 0], placed.time, placed.offsets, angle, sd, level.step or 1.0)
-    covariance = np.column_stack([level.positions, variance])
-    return joined, replace(level, covariance=covariance, typical=level.typical | {"range_rate": sd})
+    return joined, replace(
+        level, covariance=level.covariance.beside([variance]), typical=level.typical | {"range_rate": sd}
+    )
 
 
 def rate_variance(

@@ -15,7 +15,7 @@ from ..io.geodesy import DevelopedFrame
 from ..io.rates import FASTEST
 from .noise_level import NoiseLevel
 from .placing import Placed
-from .row_noise import JoinedNoise
+from .row_noise import RowNoise
 from .scatter import MEDIAN, grouped_quantile, rough_velocity
 
 FAR = 6.0  # sds from the motion that positions show: such a report is wrong
@@ -82,7 +82,7 @@ def rates_of(placed: Placed, level: NoiseLevel) -> Rates | None:
         cos, sin = np.cos(turned), np.sin(turned)
         east, north = east * cos - north * sin, east * sin + north * cos
     elif np.isfinite(speed).any():
-        way, slack = _way(placed, level.positions, speed)
+        way, slack = _way(placed, level.covariance, speed)
         east, north = speed * way[:, 0], speed * way[:, 1]
     up = column("vertical_rate") if placed.axes == 3 else np.full(count, np.nan)
     velocity = np.column_stack([east, north, up])
@@ -104,7 +104,7 @@ def _fresh(report: Sequence[np.ndarray], new: np.ndarray) -> np.ndarray:
     return new | np.r_[True, ~same]
 
 
-def _way(placed: Placed, covariance: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _way(placed: Placed, noise: RowNoise, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors (N, 2) along which the last positions lead, and what their error makes of the speed (m/s).
 
     Each part's own noise and steps say how far back the way begins, so that no other target changes it.
@@ -117,33 +117,33 @@ def _way(placed: Placed, covariance: np.ndarray, speed: np.ndarray) -> tuple[np.
     steps = np.hypot(*np.diff(plane, axis=0, prepend=np.nan).T)
     steps[starts] = np.nan
     usual = np.nan_to_num(grouped_quantile(steps, part, parts, 0.5, least=1))
-    noise = 1.5 * np.nan_to_num(grouped_quantile(_across(covariance[rows]), part, parts, 0.5, least=1))
-    reach = np.clip(np.ceil(20.0 * noise / np.maximum(usual, 1e-9)), 1, 10).astype(np.int64)
+    error = 1.5 * np.nan_to_num(grouped_quantile(_across(noise)[rows], part, parts, 0.5, least=1))
+    reach = np.clip(np.ceil(20.0 * error / np.maximum(usual, 1e-9)), 1, 10).astype(np.int64)
     some = part[starts]
-    found, angle = native.ways(np.ascontiguousarray(plane), starts, reach[some], noise[some])
+    found, angle = native.ways(np.ascontiguousarray(plane), starts, reach[some], error[some])
     way, slack = np.full((placed.rows.height, 2), np.nan), np.zeros(placed.rows.height)
     way[rows], slack[rows] = found, 0.5 * np.nan_to_num(speed[rows]) * np.minimum(angle, 1.0)
     return way, slack
 
 
-def _across(covariance: np.ndarray) -> np.ndarray:
+def _across(noise: RowNoise) -> np.ndarray:
     """The least sd (N,) of horizontal positions: that across the motion, where time stamps err along it."""
-    xx, yy, xy = covariance[:, 0, 0], covariance[:, 1, 1], covariance[:, 0, 1]
+    xx, yy, xy = noise.variance(0), noise.variance(1), noise.covariance(0, 1)
     return np.sqrt(np.maximum(0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy), 0.0))
 
 
 def joined(
     placed: Placed,
-    covariance: np.ndarray,
+    noise: RowNoise,
     rates: Rates,
     sds: Mapping[str, float],
     fresh_only: bool,
     stated: Mapping[str, float],
-) -> tuple[Placed, JoinedNoise]:
-    """Measurements of position and velocity (N, 2 axes), and their covariances.
+) -> tuple[Placed, RowNoise]:
+    """Measurements of position and velocity (N, 2 axes), and their noise.
 
-    sds: the usual ones; a row is as much rougher as what its source states is larger than what it usually states
-    (`stated`). Reports far from the motion that positions show are left out.
+    noise: of positions. sds: the usual ones; a row is as much rougher as what its source states is larger than what it
+    usually states (`stated`). Reports far from the motion that positions show are left out.
     """
     axes, count = placed.axes, placed.rows.height
     velocity = rates.velocity[:, :axes].copy()
@@ -165,7 +165,10 @@ def joined(
     up = (sds.get("vertical_rate", 1.0) * rougher[:, 1]) ** 2
     names = (*placed.components[:axes], *("vx", "vy", "vz")[:axes])
     z = np.ascontiguousarray(np.column_stack([placed.z[:, :axes], velocity]))
-    return replace(placed, z=z, components=names), JoinedNoise(covariance, (xx, yy, up), xy)
+    both = noise.beside((xx, yy, up)[:axes])
+    if xy is not None:
+        both.entries[axes, axes + 1] = xy
+    return replace(placed, z=z, components=names), both
 
 
 def _off(placed: Placed, velocity: np.ndarray, way: np.ndarray | None, level: NoiseLevel) -> np.ndarray:

@@ -15,7 +15,7 @@ from ..io.geodesy import DevelopedFrame
 from ..io.units import TIME
 from ..times import duration
 from .placing import Placed
-from .row_noise import JoinedNoise
+from .row_noise import RowNoise
 
 MOST = 20_000_000  # rows: more does not fit into memory
 CLOSE = 1e-6  # s: times that are one
@@ -26,7 +26,7 @@ class Resampled:
     """Measurements with rows at even times between them: covariance by row, and which rows are at even times."""
 
     placed: Placed
-    covariance: np.ndarray | None
+    covariance: RowNoise | None
     even: np.ndarray
 
 
@@ -40,7 +40,7 @@ def parse_every(given: float | str | None) -> float | None:
     return value
 
 
-def resampled(placed: Placed, covariance: np.ndarray | JoinedNoise | None, step: float) -> Resampled:
+def resampled(placed: Placed, covariance: RowNoise | None, step: float) -> Resampled:
     """Rows at the multiples of `step` (s) within each part, beside the measured ones. Errors: InputError."""
     clock = placed.rows["time"].to_numpy()
     starts, ends = placed.offsets[:-1], placed.offsets[1:] - 1
@@ -67,7 +67,7 @@ def resampled(placed: Placed, covariance: np.ndarray | JoinedNoise | None, step:
     source, extra, at = source[order], extra[order], np.r_[clock, new_times][order]
     return Resampled(
         _at(placed, source, extra, at),
-        None if covariance is None else covariance[source],
+        None if covariance is None else covariance.some(source),
         np.where(extra, True, even[source]),
     )
 

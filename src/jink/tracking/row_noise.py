@@ -1,12 +1,13 @@
-"""Measurement noise of many rows in less memory than a covariance of each: those of some rows are put together.
+"""Measurement noise of many rows: what is not zero in their covariances, each entry once.
 
-An array (N, m, m), `JoinedNoise` and `Repeated` give the covariances of the rows that are asked for in the same way.
+A covariance of six components has 36 entries, of which seven are not zero. So rows are put together where a filter asks
+for them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,43 +19,78 @@ BLOCK = 4_000  # rows that are put together at once: few enough for the cache
 
 
 @dataclass(frozen=True)
-class JoinedNoise:
-    """Of positions and velocities whose errors are independent.
+class RowNoise:
+    """Covariances (N, m, m) of m components, or their variances (N, m) where they are not `full`.
 
-    position (N, a, a) of a axes; variances (N,) of vx, vy and vz (m²/s²), of which the first a count; xy (N,): the
-    covariance of vx and vy, None where there is none.
+    entries: (i, j), i <= j, to values (N,); what is not there is zero. Rows that are asked for come as an array.
     """
 
-    position: np.ndarray
-    variances: tuple[np.ndarray, np.ndarray, np.ndarray]
-    xy: np.ndarray | None
+    size: int
+    entries: dict[tuple[int, int], np.ndarray]
+    full: bool = True
+
+    @classmethod
+    def of_variances(cls, variances: Iterable[np.ndarray]) -> RowNoise:
+        """Of components (N,) whose errors are independent, as variances."""
+        each = {(k, k): variance for k, variance in enumerate(variances)}
+        return cls(len(each), each, full=False)
+
+    @classmethod
+    def of_covariances(cls, R: np.ndarray) -> RowNoise:
+        """Of covariances (N, m, m)."""
+        size = R.shape[1]
+        return cls(size, {(i, j): R[:, i, j].copy() for i in range(size) for j in range(i, size)})
 
     def __len__(self) -> int:
-        return len(self.position)
+        return len(self.entries[0, 0])
+
+    def variance(self, component: int) -> np.ndarray:
+        """Of each row (N,)."""
+        return self.entries[component, component]
+
+    def covariance(self, first: int, second: int) -> np.ndarray | float:
+        """Of each row (N,), 0 where it is zero in all."""
+        return self.entries.get((first, second), 0.0)
+
+    def some(self, rows: slice | np.ndarray) -> RowNoise:
+        """That of some rows; their own values."""
+        return replace(self, entries={at: each[rows].copy() for at, each in self.entries.items()})
+
+    def first(self, count: int) -> RowNoise:
+        """That of the first components."""
+        return RowNoise(count, {at: each for at, each in self.entries.items() if at[1] < count}, self.full)
+
+    def where(self, rows: np.ndarray, other: RowNoise) -> RowNoise:
+        """The other in these rows (N,), and this in the rest."""
+        ats = self.entries.keys() | other.entries.keys()
+        return replace(self, entries={at: np.where(rows, other.covariance(*at), self.covariance(*at)) for at in ats})
+
+    def beside(self, variances: Iterable[np.ndarray]) -> RowNoise:
+        """With further components (N,), whose errors are independent of these."""
+        more = {(k, k): each for k, each in enumerate(variances, self.size)}
+        return RowNoise(self.size + len(more), self.entries | more, self.full)
 
     def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
-        axes = self.position.shape[1]
-        position, variances = self.position[rows], [each[rows] for each in self.variances[:axes]]
-        both = None if self.xy is None else self.xy[rows]
-        R = memory.empty((len(position), 2 * axes, 2 * axes))
-        for first in range(0, len(R), BLOCK):
-            some = slice(first, first + BLOCK)
+        chosen = {at: each[rows] for at, each in self.entries.items()}
+        count, size = len(chosen[0, 0]), self.size
+        if not self.full:
+            return np.stack([chosen[k, k] for k in range(size)], axis=1)
+        R = memory.empty((count, size, size))
+        for begin in range(0, count, BLOCK):
+            some = slice(begin, begin + BLOCK)
             R[some] = 0.0
-            R[some, :axes, :axes] = position[some]
-            for k, variance in enumerate(variances, axes):
-                R[some, k, k] = variance[some]
-            if both is not None:
-                R[some, axes, axes + 1] = R[some, axes + 1, axes] = both[some]
+            for (i, j), each in chosen.items():
+                R[some, i, j] = R[some, j, i] = each[some]
         return R
 
     def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
         return self[:]
 
-    def parts(self) -> Iterator[np.ndarray]:
-        """What tells the covariances of rows apart, (N, …) each."""
-        axes = self.position.shape[1]
-        yield self.position.reshape(len(self), -1)
-        yield from (each[:, None] for each in (*self.variances[:axes], self.xy) if each is not None)
+    @property
+    def uniform(self) -> bool:
+        """Whether every row has the same."""
+        # most that differ do so among the first rows
+        return all((some == each[:1]).all() for each in self.entries.values() for some in (each[:1000], each))
 
 
 @dataclass(frozen=True)
@@ -68,31 +104,17 @@ class Repeated:
     number: np.ndarray
 
     @classmethod
-    def of(cls, covariance: np.ndarray | JoinedNoise | None) -> Repeated | None:
+    def of(cls, noise: RowNoise | None) -> Repeated | None:
         """Of many rows, of which successive ones are alike; None where there are few, or they differ."""
-        if covariance is None or len(covariance) < FEWEST:
+        if noise is None or len(noise) < FEWEST:
             return None
-        new = np.zeros(len(covariance), bool)
+        new = np.zeros(len(noise), bool)
         new[0] = True
-        for part in parts_of(covariance):
-            new[1:] |= (part[1:] != part[:-1]).any(axis=1)
+        for each in noise.entries.values():
+            new[1:] |= each[1:] != each[:-1]
         if TIMES * np.count_nonzero(new) > len(new):
             return None
-        return cls(covariance[new], np.cumsum(new, dtype=np.int32) - 1)
+        return cls(noise[new], np.cumsum(new, dtype=np.int32) - 1)
 
     def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
         return self.different[self.number[rows]]
-
-
-def parts_of(covariance: np.ndarray | JoinedNoise) -> Iterator[np.ndarray]:
-    """What tells the covariances of rows apart, (N, …) each."""
-    if isinstance(covariance, JoinedNoise):
-        yield from covariance.parts()
-    else:
-        yield covariance.reshape(len(covariance), -1)
-
-
-def uniform(covariance: np.ndarray | JoinedNoise) -> bool:
-    """Whether every row has the same."""
-    # most that differ do so among the first rows
-    return all((some == part[:1]).all() for part in parts_of(covariance) for some in (part[:1000], part))

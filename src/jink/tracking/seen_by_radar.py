@@ -16,6 +16,7 @@ import polars as pl
 
 from ..io.geodesy import DevelopedFrame, SiteFrame, lines_of_sight
 from .placing import Placed
+from .row_noise import RowNoise
 from .scatter import MEDIAN, component_sd, third_differences
 
 MARK = "seen_by_radar"  # column of the rows
@@ -47,14 +48,14 @@ def covariances(
     group: np.ndarray,
     groups: int,
     given: Mapping[str, float],
-    other: np.ndarray,
+    other: RowNoise,
     decided: Mapping[str, float] | None = None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Covariances (N, 2, 2) in m², and sds of range (m) and azimuth (rad) of each group; None where the rows are no
+) -> tuple[RowNoise, np.ndarray, np.ndarray] | None:
+    """The noise of positions, and sds of range (m) and azimuth (rad) of each group; None where the rows are no
     radar's, or the data tell too little.
 
-    measured (N,): rows with a position; starts: first rows of parts among them; group (N,) numbers the sources; other
-    (N, 2, 2): the noise without a radar; decided: figures of other rows of the table, which say whose noise it is.
+    measured (N,): rows with a position; starts: first rows of parts among them; group (N,) numbers the sources; other:
+    the noise without a radar; decided: figures of other rows of the table, which say whose noise it is.
     """
     columns = placed.rows.columns
     stated = "cov_ee" in columns or ("position_sd" in columns and bool(placed.rows["position_sd"].is_finite().any()))
@@ -81,27 +82,26 @@ def covariances(
         along, across = np.array([decided["range_sd"]]), np.array([decided["azimuth_sd"]])
     if not (np.isfinite(along) & np.isfinite(across) & (along > 0) & (across > 0)).all():
         return None
-    sight = np.stack([np.sin(direction), np.cos(direction)], axis=1)
-    normal = np.stack([np.cos(direction), -np.sin(direction)], axis=1)
+    sin, cos = np.sin(direction), np.cos(direction)
     # at the radar itself no direction is left: a plot within the error of its range counts as that far away
     length, width = along[group] ** 2, (np.maximum(reach, along[group]) * across[group]) ** 2
-    R = sight[:, :, None] * sight[:, None, :] * length[:, None, None]
-    R += normal[:, :, None] * normal[:, None, :] * width[:, None, None]
+    xx, yy = sin * sin * length + cos * cos * width, cos * cos * length + sin * sin * width
+    R = RowNoise(2, {(0, 0): xx, (0, 1): sin * cos * length - cos * sin * width, (1, 1): yy})
     if certain:
         return R, along, across
     if decided is not None:
         return R, np.broadcast_to(along, of), np.broadcast_to(across, of)
     values = np.column_stack([reach[measured], np.unwrap(azimuth[measured]), placed.plane[measured]])
-    if not _likelier(time, values, starts, along, across, other[measured]):
+    if not _likelier(time, values, starts, along, across, other.some(measured)):
         return None
     return R, np.broadcast_to(along, of), np.broadcast_to(across, of)
 
 
 def _likelier(
-    time: np.ndarray, values: np.ndarray, starts: np.ndarray, along: np.ndarray, across: np.ndarray, other: np.ndarray
+    time: np.ndarray, values: np.ndarray, starts: np.ndarray, along: np.ndarray, across: np.ndarray, other: RowNoise
 ) -> bool:
     """Whether the scatter of values (N, 4), range, azimuth, x and y, is rather a radar's than the same in all
-    directions, or than the other noise (N, 2, 2).
+    directions, or than the other noise.
     """
     d, index = third_differences(time, values, starts)
     reach, even = np.maximum(values[index, 0], along), float(MEDIAN * np.median(np.abs(d[:, 2:])))

@@ -20,6 +20,7 @@ from .cleaning import measured_rows
 from .converted import as_positions
 from .noise_level import NoiseLevel, noise_levels
 from .placing import UNKNOWN_HEIGHT, Placed, lay
+from .row_noise import RowNoise
 from .several_heights import between, told_by
 from .unknown_height import BEARING, VARIANCE, TargetHeight, height_of, on_the_ground
 
@@ -117,7 +118,7 @@ def _with_heights(seen: Seen) -> pl.DataFrame:
     which = np.flatnonzero(seen.has_height)
     third = seen.placed.components[2] if seen.placed.axes == 3 else None
     placed = lay(seen.rows[which], "polar", seen.site, 3 if third else 2, third)
-    return _mapped(placed, seen.level.covariance[which], seen.site)
+    return _mapped(placed, seen.level.covariance.some(which), seen.site)
 
 
 def _height_of_the_rest(
@@ -134,7 +135,7 @@ def _height_of_the_rest(
 def _without_heights(seen: Seen, told: pl.DataFrame, kind: str, unknown: TargetHeight) -> list[pl.DataFrame]:
     """Plots that do not say it, on the map: at the height that others tell of the target, or at an unknown one."""
     which = np.flatnonzero(~seen.has_height)
-    rows, noise = seen.rows[which], seen.level.covariance[which]
+    rows, noise = seen.rows[which], seen.level.covariance.some(which)
     usual = kind_of(kind)
     altitude, variance = between(rows, told, usual.climbs[0], max(usual.height[1], UNKNOWN_HEIGHT))
     known = np.isfinite(altitude)
@@ -142,32 +143,32 @@ def _without_heights(seen: Seen, told: pl.DataFrame, kind: str, unknown: TargetH
     if known.any():
         mine = rows.with_columns(altitude=altitude).filter(known)
         placed = lay(mine, "polar", seen.site, 3, "altitude")
-        table = _mapped(placed, np.column_stack([noise[known, :2], variance[known]]), seen.site)
+        table = _mapped(placed, noise.first(2).some(known).beside([variance[known]]), seen.site)
         tables.append(table.drop("altitude", "altitude_sd"))
     if not known.all():
         placed = lay(rows.filter(~known), "polar", seen.site, 2, None)
         placed = placed if unknown.is_ground else on_the_ground(placed, unknown)
-        tables.append(_mapped(placed, noise[~known, :2], seen.site))
+        tables.append(_mapped(placed, noise.first(2).some(~known), seen.site))
     return tables
 
 
-def _mapped(placed: Placed, variances: np.ndarray, site: SiteFrame) -> pl.DataFrame:
+def _mapped(placed: Placed, noise: RowNoise, site: SiteFrame) -> pl.DataFrame:
     """Rows of plots with their places on the map, and the covariances of these.
 
-    variances (N, axes) of range, azimuth and the third component. What an unknown height does to a place counts as its
+    noise: of range, azimuth and the third component. What an unknown height does to a place counts as its
     noise too, so that radars that see the target from elsewhere do not contradict.
     """
-    noise = as_positions(placed, NoiseLevel(variances, {}))[1].positions
+    places = as_positions(placed, NoiseLevel(noise, {}))[1].covariance[:]
     x, y = placed.plane.T
     up = placed.height if placed.axes == 3 else None
     latitude, longitude, turned, altitude = site.to_geographic(x, y, up)
     cos, sin = np.cos(turned), np.sin(turned)
     # a course in the site's frame is a true one less the convergence: x, y to east, north
     turn = np.stack([np.stack([cos, sin], -1), np.stack([-sin, cos], -1)], -2)
-    R = turn @ noise[:, :2, :2] @ np.swapaxes(turn, -1, -2)
+    R = turn @ places[:, :2, :2] @ np.swapaxes(turn, -1, -2)
     columns: dict[str, Any] = {"latitude": latitude, "longitude": longitude}
     if altitude is not None:
-        columns |= {"altitude": altitude, "altitude_sd": np.sqrt(noise[:, 2, 2])}
+        columns |= {"altitude": altitude, "altitude_sd": np.sqrt(places[:, 2, 2])}
     if VARIANCE in placed.rows.columns:
         columns[BEARING] = np.arctan2(x, y) + turned
         along = np.stack([np.sin(columns[BEARING]), np.cos(columns[BEARING])], -1)

@@ -39,7 +39,7 @@ def learned_schema(prepared: Prepared, settings: Settings, absolute: bool) -> di
         some = replace(
             group,
             placed=group.placed.some(first),
-            covariance=None if group.covariance is None else group.covariance[first],
+            covariance=None if group.covariance is None else group.covariance.some(first),
         )
         table = next(tables_of(some, settings, absolute))
         schema |= {name: kind for name, kind in table.schema.items() if name not in schema}
@@ -132,7 +132,7 @@ class Shares:
 def _lean(group: Group) -> Group:
     """Without what tables do not take over."""
     placed = replace(group.placed, rows=_needed(group.placed.rows))
-    level = replace(group.level, covariance=group.level.covariance[:1].copy())
+    level = replace(group.level, covariance=group.level.covariance.some(slice(1)))
     repeated = Repeated.of(group.covariance)
     covariance = None if repeated else group.covariance
     return replace(group, placed=placed, level=level, covariance=covariance, repeated=repeated)

@@ -21,7 +21,7 @@ from ..estimate import Estimate, covariance_name, covariance_pair
 from ..filters.bank import Bank
 from .manoeuvring import Manoeuvres, Moving, Told, probabilities
 from .placing import Placed
-from .row_noise import JoinedNoise, Repeated
+from .row_noise import Repeated, RowNoise
 from .state import State, covariances_read
 
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
@@ -86,7 +86,7 @@ class Stretched:
         self,
         filter: Any,
         placed: Placed,
-        covariance: np.ndarray | JoinedNoise | Repeated | None,
+        covariance: RowNoise | Repeated | None,
         smoothing: Mapping[str, Any] | None,
         threads: int | None,
     ):

@@ -19,6 +19,7 @@ from .held_out import WORTH, Choose, Used, gain, measured_places, position_score
 from .noise_level import NoiseLevel
 from .placing import Placed
 from .reported import Rates, joined, rates_of
+from .row_noise import RowNoise
 from .scatter import MEDIAN
 
 SAMPLE = 6_000  # rows that decide
@@ -39,17 +40,18 @@ def decided(
     if rates is None:
         return placed, level, Used()
     some, rows = sample_of(placed, SAMPLE)
-    reports, covariance = rates.some(rows), level.covariance[rows]
+    reports, noise = rates.some(rows), level.covariance.some(rows)
     plain = choose(placed.components, level.typical)
     if getattr(plain, "counts_rows", False) or not hasattr(plain, "smooth"):
         return placed, level, Used(notes=["reported velocities are not used: this filter counts rows"])
+    covariance = noise[:]
     places = measured_places(some, covariance)
     before = position_scores(plain, some, covariance, places)
     sds, notes = _sds(plain, some, reports, covariance, given)
     if not sds:
         return placed, level, Used(notes=notes)
     try:
-        best = _search(some, covariance, reports, sds, given, level, choose, before, places)
+        best = _search(some, noise, reports, sds, given, level, choose, before, places)
     except InputError as error:
         return placed, level, Used(notes=[f"reported velocities are not used: {error}"])
     return _decided(placed, level, rates, best, given, notes)
@@ -72,7 +74,7 @@ class Tried:
 
 def _search(
     placed: Placed,
-    covariance: np.ndarray,
+    noise: RowNoise,
     rates: Rates,
     sds: Mapping[str, float],
     given: Mapping[str, float],
@@ -93,8 +95,8 @@ def _search(
     for tried_sd, fresh_only in [*((way, True) for way in ways), *([(None, False)] if repeats else [])]:
         # the last round: at the sds found, with the repeated reports
         tried_sd = {name: each.sd for name, each in best.items()} if tried_sd is None else tried_sd
-        tried, noise = joined(placed, covariance, rates, tried_sd, fresh_only, stated)
-        after = position_scores(choose(tried.components, level.typical | tried_sd), tried, noise[:], places)
+        tried, both = joined(placed, noise, rates, tried_sd, fresh_only, stated)
+        after = position_scores(choose(tried.components, level.typical | tried_sd), tried, both[:], places)
         for column, name in enumerate(("velocity", "vertical_rate")):
             if name in sds:
                 found = Tried(tried_sd[name], fresh_only, *gain(before[:, column], after[:, column], part))
@@ -141,7 +143,7 @@ def as_decided(placed: Placed, level: NoiseLevel, used: Used, rates: Rates | Non
         elif name in used.fresh_only:
             velocity[~rates.fresh, columns] = np.nan
     both, covariance = joined(
-        placed, level.positions, replace(rates, velocity=velocity, usual=used.usual), used.sd, False, used.stated
+        placed, level.covariance, replace(rates, velocity=velocity, usual=used.usual), used.sd, False, used.stated
     )
     sources = [line | used.figures() for line in level.sources]
     return both, replace(level, covariance=covariance, typical=level.typical | used.sd, sources=sources, velocity=None)
@@ -206,5 +208,5 @@ def as_measured(placed: Placed, level: NoiseLevel) -> tuple[Placed, NoiseLevel]:
     if rates.way is not None:
         # a sensor of its own noise cannot say that it measures along the way alone
         rates.velocity[:, :2] = np.nan
-    both, covariance = joined(placed, level.positions, rates, {}, False, {})
+    both, covariance = joined(placed, level.covariance, rates, {}, False, {})
     return both, replace(level, covariance=covariance)
