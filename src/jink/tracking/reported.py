@@ -11,12 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._engine import native
+from ..filters import memory
 from ..io.geodesy import DevelopedFrame
 from ..io.rates import FASTEST
 from .noise_level import NoiseLevel
 from .placing import Placed
 from .row_noise import RowNoise
-from .scatter import MEDIAN, grouped_quantile, rough_velocity
+from .scatter import BLOCK, MEDIAN, grouped_quantile, rough_velocity, steps
 
 FAR = 6.0  # sds from the motion that positions show: such a report is wrong
 
@@ -114,9 +115,7 @@ def _way(placed: Placed, noise: RowNoise, speed: np.ndarray) -> tuple[np.ndarray
     rows = slice(None) if known.all() else known
     part, plane, parts = np.cumsum(placed.new)[rows] - 1, placed.plane[rows], int(placed.new.sum())
     starts = np.diff(part, prepend=-1) != 0
-    steps = np.hypot(*np.diff(plane, axis=0, prepend=np.nan).T)
-    steps[starts] = np.nan
-    usual = np.nan_to_num(grouped_quantile(steps, part, parts, 0.5, least=1))
+    usual = np.nan_to_num(grouped_quantile(steps(plane, starts), part, parts, 0.5, least=1))
     error = 1.5 * np.nan_to_num(grouped_quantile(_across(noise)[rows], part, parts, 0.5, least=1))
     reach = np.clip(np.ceil(20.0 * error / np.maximum(usual, 1e-9)), 1, 10).astype(np.int64)
     some = part[starts]
@@ -146,38 +145,64 @@ def joined(
     usually states (`stated`). Reports far from the motion that positions show are left out.
     """
     axes, count = placed.axes, placed.rows.height
-    velocity = rates.velocity[:, :axes].copy()
-    if fresh_only:
-        velocity[~rates.fresh] = np.nan
-    velocity[rates.off > FAR * max(rates.usual, sds.get("velocity", 0.0)), :2] = np.nan
-    rougher = np.ones((count, 2))
-    for column, name in enumerate(("velocity", "vertical_rate")):
-        if name in stated:
-            rougher[:, column] = np.nan_to_num(rates.accuracy[:, column] / stated[name], nan=1.0)
-    along = (sds.get("velocity", 1.0) * rougher[:, 0]) ** 2 + rates.slack**2
-    xx, yy, xy = along, along, None
-    if rates.way is not None:
-        # nothing is known across the way but that a target does not move across it faster than along it
-        (x, y), known = np.nan_to_num(rates.way).T, np.isfinite(rates.way[:, 0])
-        wide = (np.nan_to_num(np.hypot(*rates.velocity[:, :2].T)) + 10.0 * np.sqrt(along)) ** 2
-        xx, yy = (np.where(known, along * u * u + wide * v * v, along) for u, v in ((x, y), (y, x)))
-        xy = np.where(known, along * x * y - wide * y * x, 0.0)
-    up = (sds.get("vertical_rate", 1.0) * rougher[:, 1]) ** 2
-    names = (*placed.components[:axes], *("vx", "vy", "vz")[:axes])
-    z = np.ascontiguousarray(np.column_stack([placed.z[:, :axes], velocity]))
+    z = memory.empty((count, 2 * axes))
+    xx, yy, up = (memory.empty((count,)) for _ in range(3))
+    xy = None if rates.way is None else memory.empty((count,))
+    doubtful = FAR * max(rates.usual, sds.get("velocity", 0.0))
+    for begin in range(0, count, BLOCK):
+        some = slice(begin, begin + BLOCK)
+        velocity = z[some, axes:]
+        z[some, :axes], velocity[:] = placed.z[some, :axes], rates.velocity[some, :axes]
+        if fresh_only:
+            velocity[~rates.fresh[some]] = np.nan
+        velocity[rates.off[some] > doubtful, :2] = np.nan
+        sd, up[some] = (
+            _sd(rates.accuracy[some, column], sds.get(name, 1.0), stated.get(name))
+            for column, name in enumerate(("velocity", "vertical_rate"))
+        )
+        along, up[some] = sd**2 + rates.slack[some] ** 2, up[some] ** 2
+        if rates.way is None or xy is None:
+            xx[some] = yy[some] = along
+        else:
+            xx[some], yy[some], xy[some] = _along_the_way(along, rates.way[some], rates.velocity[some, :2])
     both = noise.beside((xx, yy, up)[:axes])
     if xy is not None:
         both.entries[axes, axes + 1] = xy
+    names = (*placed.components[:axes], *("vx", "vy", "vz")[:axes])
     return replace(placed, z=z, components=names), both
+
+
+def _sd(accuracy: np.ndarray, usual: float, stated: float | None) -> np.ndarray | float:
+    """Of reports whose source states `accuracy` (N,), and usually states `stated`."""
+    return usual if stated is None else usual * np.nan_to_num(accuracy / stated, nan=1.0)
+
+
+def _along_the_way(
+    along: np.ndarray, way: np.ndarray, velocity: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Variances of vx and vy, and their covariance, of velocities (N, 2) that are measured along the way alone.
+
+    Nothing is known across it but that a target does not move across it faster than along it.
+    """
+    (x, y), known = np.nan_to_num(way).T, np.isfinite(way[:, 0])
+    wide = (np.nan_to_num(np.hypot(*velocity.T)) + 10.0 * np.sqrt(along)) ** 2
+    xx, yy = (np.where(known, along * u * u + wide * v * v, along) for u, v in ((x, y), (y, x)))
+    return xx, yy, np.where(known, along * x * y - wide * y * x, 0.0)
 
 
 def _off(placed: Placed, velocity: np.ndarray, way: np.ndarray | None, level: NoiseLevel) -> np.ndarray:
     """The difference (N,) in m/s of each reported velocity from the one that positions show, along its way."""
     known = np.asarray(np.isfinite(placed.plane).all(axis=1))
-    rough = np.full((placed.rows.height, 2), np.nan)
     found = level.velocity
     if found is None:
         found = rough_velocity(placed.time[known], placed.plane[known], placed.starts(known), usual=level.step)
-    rough[known] = found
-    error = velocity[:, :2] - rough
-    return np.hypot(*error.T) if way is None else np.abs((error * way).sum(axis=1))
+    rough = found
+    if not known.all():
+        rough = np.full((known.size, 2), np.nan)
+        rough[known] = found
+    off = np.empty(known.size)
+    for begin in range(0, known.size, BLOCK):
+        some = slice(begin, begin + BLOCK)
+        error = velocity[some, :2] - rough[some]
+        off[some] = np.hypot(*error.T) if way is None else np.abs((error * way[some]).sum(axis=1))
+    return off

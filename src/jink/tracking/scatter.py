@@ -28,6 +28,7 @@ MEDIAN, TAIL = (
 )  # sd of a Gaussian over the 50 % and the 90 % quantile of its absolute values
 LEAST = 20  # differences needed for an estimate
 ROUNDING = 1e-7  # m or rad: changes below it are of the arithmetic, not of a sensor
+BLOCK = 4_000  # rows that are looked at together: few enough for the cache
 MOVING = 5.0  # m/s: slower targets have no direction to speak of
 
 
@@ -100,12 +101,21 @@ def plane_scatter(
     either = MEDIAN * grouped_quantile(np.abs(difference), of, groups, 0.5)
     typical = MEDIAN * grouped_quantile(along, of, groups, 0.5)  # turns make the 90 % quantile of slow sensors grow
     timed = moving & (typical > 1.5 * own) & (stamps > own)
-    step = np.hypot(*np.diff(plane, axis=0, prepend=np.nan).T)
-    step[new] = np.nan
+    step = steps(plane, new)
     least = 1e-3 + 1e-3 * np.nan_to_num(grouped_quantile(step, group, groups, 0.5))
     with np.errstate(invalid="ignore"):
         time_sd = np.where(timed, np.sqrt(np.maximum(stamps**2 - own**2, 0.0)), 0.0)
         return np.maximum(np.where(timed, position, either), least), time_sd
+
+
+def steps(plane: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """How far (m) each position (N, 2) is from the one before; NaN for first rows of tracks (N,)."""
+    step = np.full(len(plane), np.nan)
+    for begin in range(1, len(plane), BLOCK):
+        east, north = np.diff(plane[begin - 1 : begin + BLOCK], axis=0).T
+        np.hypot(east, north, out=step[begin : begin + BLOCK])
+    step[new] = np.nan
+    return step
 
 
 def grouped_quantile(value: np.ndarray, group: np.ndarray, groups: int, share: float, least: int = LEAST) -> np.ndarray:
