@@ -13,7 +13,7 @@ from typing import IO, Any, cast
 import polars as pl
 
 BYTES = 1 << 18  # of one write
-ROWS = 1 << 13  # of JSON Lines that polars makes at a time: some 11 MB of tracks
+ROWS = 1 << 14  # of JSON Lines that polars makes at a time: some 23 MB of tracks
 
 
 class SmallWrites:
