@@ -10,6 +10,7 @@ import polars as pl
 
 from .errors import InputError
 from .packing import maybe_packed
+from .small_writes import write_csv, write_json_lines
 from .writing import plain_times
 
 STREAMED = ("parquet", "arrow", "csv", "jsonl")
@@ -31,9 +32,9 @@ def write_stream(tables: Iterator[pl.DataFrame], path: Path, kind: str, *, packe
             for number, table in enumerate(tables):
                 plain = plain_times(table)
                 if kind == "csv":
-                    plain.write_csv(out, include_header=number == 0)
+                    write_csv(plain, out, header=number == 0)
                 else:
-                    plain.write_ndjson(out)
+                    write_json_lines(plain, out)
         return
     lazy, failure = _lazy(tables)
     try:

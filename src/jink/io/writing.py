@@ -15,6 +15,7 @@ from .errors import InputError
 from .map_writing import write_gpx, write_kml
 from .packing import compress as compress
 from .packing import maybe_packed
+from .small_writes import write_csv, write_json_lines
 from .stages import stage
 from .temporary import atomically as atomically
 
@@ -111,11 +112,11 @@ def write_parquet(frame: pl.DataFrame | pl.LazyFrame, handle: IO[bytes]) -> None
 
 
 def _write_csv(tracks: pl.DataFrame, handle: IO[bytes]) -> None:
-    plain_times(tracks).write_csv(handle)
+    write_csv(plain_times(tracks), handle)
 
 
 def _write_json_lines(tracks: pl.DataFrame, handle: IO[bytes]) -> None:
-    plain_times(tracks).write_ndjson(handle)
+    write_json_lines(plain_times(tracks), handle)
 
 
 def plain_times(tracks: pl.DataFrame) -> pl.DataFrame:
