@@ -130,3 +130,10 @@ def test_slant_ranges_are_said(height):
 def test_ranges_along_the_ground_are_not_suspected():
     assert "slant_range" not in codes(flight(0.0))
     assert "slant_range" not in codes(flight(9000.0).with_columns(altitude=pl.lit(9000.0)))
+
+
+def test_ranges_and_azimuths_that_never_stand_in_one_row() -> None:
+    ranges, azimuths = [2e4, 2.01e4] + [None] * 10, [None] * 10 + [30.0, 31.0]
+    table = pl.DataFrame({"target": ["a"] * 12, "time": np.arange(12) * 4.0, "range": ranges, "azimuth_deg": azimuths})
+    noise = {"range": 20.0, "azimuth_deg": 0.1}
+    assert jink.track(table, sensor_sd=noise, details=True).tracks.height == 12

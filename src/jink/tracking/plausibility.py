@@ -511,7 +511,7 @@ def _lasting(tracks: pl.DataFrame, kind: Kind, noise: Sequence[dict[str, Any]]) 
     sd, lasting = told.sd, told.seconds
     slant = np.full(starts.size, np.nan)
     if ranges and "measured_z" not in tracks.columns and kind.extent[1] >= 1e3:
-        ends = np.append(starts[1:], len(seconds))
+        ends = np.append(starts, len(seconds))[1:]
         slant = np.array(
             [slant_height(seconds[low:high], plane[low:high]) for low, high in zip(starts, ends, strict=True)]
         )
