@@ -7,6 +7,7 @@ import polars as pl
 import pytest
 
 import jink
+from jink.io.errors import InputError
 
 DURATION = 1200
 DEGREE = np.array([111_319.49, 110_574.28])  # m, of longitude and latitude on the equator
@@ -132,8 +133,25 @@ def test_ranges_along_the_ground_are_not_suspected():
     assert "slant_range" not in codes(flight(9000.0).with_columns(altitude=pl.lit(9000.0)))
 
 
-def test_ranges_and_azimuths_that_never_stand_in_one_row() -> None:
+def apart() -> pl.DataFrame:
+    """A target whose ranges and azimuths never stand in one row."""
     ranges, azimuths = [2e4, 2.01e4] + [None] * 10, [None] * 10 + [30.0, 31.0]
-    table = pl.DataFrame({"target": ["a"] * 12, "time": np.arange(12) * 4.0, "range": ranges, "azimuth_deg": azimuths})
-    noise = {"range": 20.0, "azimuth_deg": 0.1}
-    assert jink.track(table, sensor_sd=noise, details=True).tracks.height == 12
+    return pl.DataFrame({"target": ["a"] * 12, "time": np.arange(12) * 4.0, "range": ranges, "azimuth_deg": azimuths})
+
+
+APART = {"range": 20.0, "azimuth_deg": 0.1}
+
+
+def test_ranges_and_azimuths_that_never_stand_in_one_row() -> None:
+    with pytest.raises(InputError, match="target a: no row has an estimate"):
+        jink.track(apart(), sensor_sd=APART)
+    tracks = jink.track(apart(), sensor_sd=APART, check_coordinates=False)
+    assert tracks.height == 12 and (tracks["status"] == "none").all() and tracks["x"].is_null().all()
+
+
+def test_a_target_without_an_estimate_is_named_beside_others() -> None:
+    time = np.arange(30) * 4.0
+    good = pl.DataFrame({"target": "b", "time": time, "range": 2e4 + 50.0 * time, "azimuth_deg": 30.0 + 0.01 * time})
+    found = codes(pl.concat([apart(), good]), sensor_sd=APART)["no_estimate"]
+    assert (found["targets"], found["count"], found["rows"]) == (["a"], 1, 12)
+    assert "no_estimate" not in codes(good, sensor_sd=APART)

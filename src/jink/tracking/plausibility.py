@@ -121,6 +121,7 @@ def findings(
     """
     targets = seen.targets
     found = [
+        *_without_estimate(targets),
         *_motion(targets, kind),
         *_rejections(targets, seen.shared, sum("range_sd" in line for line in noise)),
         *_stillness(targets),
@@ -185,6 +186,7 @@ def _looked_at(tracks: pl.DataFrame, kind: Kind) -> list[pl.Expr]:
     return [
         measured.sum().alias("measured"),
         pl.col("status").is_in(["gated", "restarted"]).sum().alias("rejected"),
+        (pl.col("status") == "none").all().alias("without_estimate"),
         pl.col("speed").filter(settled).median().alias("speed"),
         pl.col("speed").filter(settled).quantile(0.95).alias("fast"),
         acceleration.filter(settled).quantile(0.1).alias("acceleration"),
@@ -198,6 +200,19 @@ def _looked_at(tracks: pl.DataFrame, kind: Kind) -> list[pl.Expr]:
 
 def _named(some: pl.DataFrame) -> dict[str, Any]:
     return {"targets": some["target"].head(NAMED).to_list(), "count": some.height, "rows": int(some["measured"].sum())}
+
+
+def _without_estimate(targets: pl.DataFrame) -> Iterator[Finding]:
+    some = targets.filter("without_estimate")
+    if some.height:
+        yield Finding(
+            "no_estimate",
+            "no row has an estimate",
+            **_named(some),
+            likely="no row holds a whole position: its components stand in separate rows, or a column is missing",
+            mend="put what was measured together into one row; --columns names the columns",
+            fatal=True,
+        )
 
 
 def _motion(targets: pl.DataFrame, name: str) -> Iterator[Finding]:
