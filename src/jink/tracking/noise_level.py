@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -124,7 +125,8 @@ def _plane(
     # what a sample has decided or compared with what is given is not looked at again
     if not (known and ("position" in given or known.settles("position_sd", "time_sd"))):
         velocity = rough_velocity(time, plane, starts, usual=usual)
-        found, stamps = plane_scatter(time, plane, velocity, starts, group[which], of_source.size, usual)
+        some = partial(plane_scatter, time, plane, velocity, starts, usual=usual)
+        found, stamps = _told(some, group[which], of_source, known is None)
     scatter = found
     if known:
         found, stamps = known.figures("position_sd", found), known.figures("time_sd", stamps)
@@ -193,6 +195,27 @@ def _with_time_stamps(variance: np.ndarray, along: np.ndarray, which: slice | np
     return RowNoise(2, {(0, 0): xx, (0, 1): xy, (1, 1): yy})
 
 
+def _told(
+    estimate: Callable[[np.ndarray, int], tuple[np.ndarray, ...]],
+    group: np.ndarray,
+    of_source: np.ndarray,
+    these_are_all: bool,
+) -> tuple[np.ndarray, ...]:
+    """What `estimate` finds of rows of groups (n,), (G,) each.
+
+    If all groups of a source are too short to tell the first figure, their rows tell it together. If there are other
+    rows, these have told it.
+    """
+    found = estimate(group, of_source.size)
+    sources = int(of_source.max(initial=-1)) + 1
+    short = np.bincount(of_source, np.isfinite(found[0]), sources) == 0
+    if not (short.any() and these_are_all) or sources == of_source.size:
+        return found
+    together = estimate(of_source[group], sources)
+    mine = short[of_source]
+    return tuple(np.where(mine, of_all[of_source], each) for each, of_all in zip(found, together, strict=True))
+
+
 def _heights(
     placed: Placed,
     given: Mapping[str, float],
@@ -209,8 +232,8 @@ def _heights(
         if "grounded" in placed.rows.columns:
             # heights that were filled in say nothing of the noise of those that were measured
             known &= ~placed.rows["grounded"].to_numpy()
-        some = placed.time[known], placed.height[known], placed.starts(known), group[known]
-        found = component_sd(*some, of_source.size, usual)
+        some = partial(component_sd, placed.time[known], placed.height[known], placed.starts(known), usual=usual)
+        (found,) = _told(lambda *groups: (some(*groups),), group[known], of_source, decided is None)
     if decided:
         found = decided.figures("altitude_sd", found)
     return _decide(asked, found, of_source, USUAL_ALTITUDE_SD)
