@@ -5,7 +5,6 @@
 
 namespace {
 
-
 // Does a value change from row k to the next by more than rounding? Not where it is missing.
 bool changes(const double *value, std::size_t m, std::size_t k, double rounding) {
     double most = 0.0;
