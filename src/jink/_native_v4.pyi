@@ -516,12 +516,18 @@ def first_indefinite(
     ],
 ) -> int: ...
 def keep_freed_memory() -> None: ...
+def usual_step(
+    time: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    new: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    spacing: int,
+) -> float: ...
 def third_differences(
     time: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
     values: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     new: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order="C", device="cpu", writable=False)],
     longest: float,
     rounding: float,
+    spacing: int,
 ) -> tuple: ...
 def grouped_quantile(
     values: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
@@ -541,6 +547,16 @@ def ways(
     new: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order="C", device="cpu", writable=False)],
     reach: Annotated[NDArray[numpy.int64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     noise: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+) -> tuple: ...
+def off(
+    velocity: Annotated[NDArray[numpy.float64], dict(shape=(None, None), device="cpu", writable=False)],
+    shown: Annotated[NDArray[numpy.float64], dict(shape=(None, 2), order="C", device="cpu", writable=False)],
+    way: Annotated[NDArray[numpy.float64], dict(shape=(None, 2), order="C", device="cpu", writable=False)] | None,
+) -> object: ...
+def along_the_way(
+    along: Annotated[NDArray[numpy.float64], dict(order="C", device="cpu", writable=False)],
+    way: Annotated[NDArray[numpy.float64], dict(shape=(None, 2), order="C", device="cpu", writable=False)],
+    velocity: Annotated[NDArray[numpy.float64], dict(shape=(None, None), device="cpu", writable=False)],
 ) -> tuple: ...
 def across_and_along(
     difference: Annotated[NDArray[numpy.float64], dict(shape=(None, 2), order="C", device="cpu", writable=False)],

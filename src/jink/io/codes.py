@@ -13,7 +13,6 @@ CODES = (
     *(-999.0, -999.9, -999.99, -9999.0, -9999.9, -9999.99, -99999.0, -999999.0, -32767.0, -32768.0, -2147483648.0),
     *(9999.0, 99999.0, 999999.0, 9999999.0, 32767.0, 65535.0, 2147483647.0, 4294967295.0),
 )
-LEAST, MOST = max(code for code in CODES if code < 0), min(code for code in CODES if code > 0)
 ALONE = 0.2  # of its size: a code is at least this far from every value
 FASTEST_CLIMB = 150.0  # m/s: what is tracked climbs and dives more slowly
 NO_HEIGHT = -999.0, 1e19  # no height is so low or so high, so that a code shows even without others beside it
@@ -21,18 +20,20 @@ NO_HEIGHT = -999.0, 1e19  # no height is so low or so high, so that a code shows
 
 def are_codes(value: np.ndarray, height: bool = False) -> np.ndarray:
     """Which numbers (N,) are such codes: those of the list that lie far from all others. height: of a height."""
+    low, high = np.fmin.reduce(value, initial=np.inf), np.fmax.reduce(value, initial=-np.inf)
     found = np.zeros(value.size, bool)
-    far = np.flatnonzero((value <= LEAST) | (value >= MOST))
-    if not far.size:
-        return found
-    found[far] = np.isin(value[far], CODES)
+    for code in CODES:
+        if low <= code <= high:
+            found |= value == code
     some = np.unique(value[found])
     others = value[~found & np.isfinite(value)] if some.size else some
     for code in some:
         near = np.abs(others - code) < ALONE * abs(code)
         if (not others.size or near.any()) and not (height and code <= NO_HEIGHT[0]):
             found &= value != code
-    return found | (np.abs(value) >= NO_HEIGHT[1]) if height else found
+    if height and max(-low, high) >= NO_HEIGHT[1]:
+        found |= np.abs(value) >= NO_HEIGHT[1]
+    return found
 
 
 def zero_heights(altitude: np.ndarray, codes: np.ndarray, seconds: np.ndarray) -> np.ndarray:

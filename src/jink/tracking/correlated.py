@@ -18,6 +18,7 @@ from itertools import chain, combinations
 
 import numpy as np
 
+from .._engine import native
 from .scatter import MEDIAN, grouped_quantile, third_differences
 
 SPACINGS = (1, 2, 4, 8, 16, 32)
@@ -64,9 +65,9 @@ def correlated_errors(time: np.ndarray, plane: np.ndarray, target: np.ndarray, t
 
     time (N,) s, plane (N, 2) m, target (N,) numbers the targets, whose rows stand together.
     """
-    starts = np.flatnonzero(np.diff(target, prepend=-1))
+    new = np.diff(target, prepend=-1) != 0
+    starts = np.flatnonzero(new)
     lengths = np.diff(np.r_[starts, time.size])
-    within = np.arange(time.size) - np.repeat(starts, lengths)
     V, n = np.full((targets, len(SPACINGS)), np.nan), np.zeros((targets, len(SPACINGS)), int)
     # most targets are told from others by two spacings, so that the rest is looked at of few
     looked = np.isin(target, np.unique(target[starts[lengths >= ROWS]]))
@@ -75,10 +76,11 @@ def correlated_errors(time: np.ndarray, plane: np.ndarray, target: np.ndarray, t
     for these in ((2, 0), (1, 3), (4, 5)):
         if not looked.any():
             break
+        rows = slice(None) if looked.all() else looked
+        some = time[rows], plane[rows], new[rows], target[rows]
         for k in these:
-            some = within % SPACINGS[k] == 0
-            usual = _usual_step(time, target, some)
-            V[:, k], n[:, k] = _variances(time, plane, target, targets, looked & some, usual)
+            usual = native.usual_step(time, new, SPACINGS[k])
+            V[:, k], n[:, k] = _variances(*some, targets, usual, SPACINGS[k])
         with np.errstate(invalid="ignore"):
             growing = (V[:, 2] > 1.5 * V[:, 0]) & (V[:, 0] > 0)
             if these[0] == 1:
@@ -93,23 +95,12 @@ def correlated_errors(time: np.ndarray, plane: np.ndarray, target: np.ndarray, t
     return Correlated(sd, seconds, V, n, step)
 
 
-def _usual_step(time: np.ndarray, target: np.ndarray, some: np.ndarray) -> float:
-    """The median step of all targets' rows at one spacing."""
-    if not some.all():
-        time, target = time[some], target[some]
-    step = np.diff(time)[np.diff(target) == 0]
-    return float(np.median(step)) if step.size else 0.0
-
-
 def _variances(
-    time: np.ndarray, plane: np.ndarray, target: np.ndarray, targets: int, some: np.ndarray, usual: float
+    time: np.ndarray, plane: np.ndarray, new: np.ndarray, target: np.ndarray, targets: int, usual: float, spacing: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of some rows, the variance of third differences of each target (T,), NaN of too few; and how many there are."""
-    if not some.all():
-        time, plane, target = time[some], plane[some], target[some]
-    difference, index = third_differences(time, plane, np.diff(target, prepend=-1) != 0, usual)
+    """At one spacing, the variance of third differences of each target (T,), NaN of too few; and how many there are."""
+    difference, index = third_differences(time, plane, new, usual, spacing)
     row = target[index]
-    del time, plane, target, index  # of a target of millions of rows the quantile takes as much again
     sd = MEDIAN * grouped_quantile(np.abs(difference, out=difference), row, targets, 0.5, least=2 * LEAST)
     return sd**2, np.bincount(row, minlength=targets)
 

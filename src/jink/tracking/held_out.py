@@ -49,7 +49,7 @@ def position_scores(
     for column, axes in enumerate(((0, 1), (2,))[: placed.axes - 1]):
         which = [index[axis] for axis in axes]
         error = position[:, axes] - x[:, which]
-        spread = P[np.ix_(range(len(x)), which, which)] + noise[np.ix_(range(len(x)), axes, axes)]
+        spread = P[:, which][:, :, which] + noise[:, axes][:, :, axes]
         scores[:, column] = _log_density(error, spread)
     since = np.arange(len(x)) - np.repeat(placed.offsets[:-1], np.diff(placed.offsets))
     scores[since < SETTLED] = np.nan

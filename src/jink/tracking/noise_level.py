@@ -112,7 +112,7 @@ def _plane(
     placed: Placed, given: Mapping[str, float], kind: str, known_level: NoiseLevel | None, usual: float | None
 ) -> NoiseLevel:
     vertical = placed.components[2] if placed.axes == 3 else None
-    measured = np.isfinite(placed.plane[:, 0]) & np.isfinite(placed.plane[:, 1])
+    measured = placed.measured
     # of all rows a view is enough
     which = slice(None) if measured.all() else measured
     starts = placed.starts(measured)

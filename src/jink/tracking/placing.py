@@ -43,6 +43,11 @@ class Placed:
         """Where parts begin, and the end: (B + 1,)."""
         return np.r_[np.flatnonzero(self.new), self.new.size].astype(np.int64)
 
+    @property
+    def measured(self) -> np.ndarray:
+        """Rows (N,) with a horizontal position."""
+        return np.isfinite(self.plane[:, 0]) & np.isfinite(self.plane[:, 1])
+
     def starts(self, which: np.ndarray) -> np.ndarray:
         """First rows of each part among the rows `which`."""
         part = np.cumsum(self.new)[which]

@@ -67,7 +67,7 @@ def _range_rate(placed: Placed) -> np.ndarray:
     """Of rows with a position."""
     if "range_rate" not in placed.rows.columns:
         return np.full(placed.rows.height, np.nan)
-    return np.where(np.isfinite(placed.plane).all(axis=1), placed.rows["range_rate"].to_numpy(), np.nan)
+    return np.where(placed.measured, placed.rows["range_rate"].to_numpy(), np.nan)
 
 
 def _scatter(placed: Placed, rate: np.ndarray) -> float | None:

@@ -5,7 +5,7 @@ A speed without a course measures the velocity along the way that the last posit
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from .placing import Placed
 from .row_noise import RowNoise
 from .scatter import BLOCK, MEDIAN, grouped_quantile, rough_velocity, steps
 
+RATES = {"velocity": slice(0, 2), "vertical_rate": slice(2, 3)}  # and their components
 FAR = 6.0  # sds from the motion that positions show: such a report is wrong
 
 
@@ -68,10 +69,12 @@ class Rates:
 def rates_of(placed: Placed, level: NoiseLevel) -> Rates | None:
     """The reported velocities of rows with a position; None where there are none. level: the noise of positions."""
     rows, count = placed.rows, placed.rows.height
-    known = np.isfinite(placed.plane).all(axis=1)
+    known = placed.measured
 
     def column(name: str) -> np.ndarray:
-        return np.where(known, rows[name].to_numpy(), np.nan) if name in rows.columns else np.full(count, np.nan)
+        if name not in rows.columns:
+            return np.full(count, np.nan)
+        return rows[name].to_numpy() if known.all() else np.where(known, rows[name].to_numpy(), np.nan)
 
     speed, course, slack, way = column("speed"), column("course"), np.zeros(count), None
     speed = np.where(np.abs(speed) < FASTEST, speed, np.nan)
@@ -110,7 +113,7 @@ def _way(placed: Placed, noise: RowNoise, speed: np.ndarray) -> tuple[np.ndarray
 
     Each part's own noise and steps say how far back the way begins, so that no other target changes it.
     """
-    known = np.isfinite(placed.plane).all(axis=1)
+    known = placed.measured
     # of all rows a view is enough
     rows = slice(None) if known.all() else known
     part, plane, parts = np.cumsum(placed.new)[rows] - 1, placed.plane[rows], int(placed.new.sum())
@@ -136,15 +139,18 @@ def joined(
     noise: RowNoise,
     rates: Rates,
     sds: Mapping[str, float],
-    fresh_only: bool,
-    stated: Mapping[str, float],
+    fresh_only: Collection[str] = (),
+    stated: Mapping[str, float] | None = None,
+    names: Collection[str] | None = None,
 ) -> tuple[Placed, RowNoise]:
     """Measurements of position and velocity (N, 2 axes), and their noise.
 
     noise: of positions. sds: the usual ones; a row is as much rougher as what its source states is larger than what it
-    usually states (`stated`). Reports far from the motion that positions show are left out.
+    usually states (`stated`). names: the rates that are measured (None: those of `sds`); fresh_only: those whose
+    repeated reports are left out. Reports far from the motion that positions show are left out.
     """
     axes, count = placed.axes, placed.rows.height
+    names = sds if names is None else names
     z = memory.empty((count, 2 * axes))
     xx, yy, up = (memory.empty((count,)) for _ in range(3))
     xy = None if rates.way is None else memory.empty((count,))
@@ -153,23 +159,26 @@ def joined(
         some = slice(begin, begin + BLOCK)
         velocity = z[some, axes:]
         z[some, :axes], velocity[:] = placed.z[some, :axes], rates.velocity[some, :axes]
-        if fresh_only:
-            velocity[~rates.fresh[some]] = np.nan
+        for name, columns in RATES.items():
+            if name not in names:
+                velocity[:, columns] = np.nan
+            elif name in fresh_only:
+                velocity[~rates.fresh[some], columns] = np.nan
         velocity[rates.off[some] > doubtful, :2] = np.nan
         sd, up[some] = (
-            _sd(rates.accuracy[some, column], sds.get(name, 1.0), stated.get(name))
-            for column, name in enumerate(("velocity", "vertical_rate"))
+            _sd(rates.accuracy[some, column], sds.get(name, 1.0), (stated or {}).get(name))
+            for column, name in enumerate(RATES)
         )
         along, up[some] = sd**2 + rates.slack[some] ** 2, up[some] ** 2
         if rates.way is None or xy is None:
             xx[some] = yy[some] = along
         else:
-            xx[some], yy[some], xy[some] = _along_the_way(along, rates.way[some], rates.velocity[some, :2])
+            xx[some], yy[some], xy[some] = native.along_the_way(along, rates.way[some], rates.velocity[some])
     both = noise.beside((xx, yy, up)[:axes])
     if xy is not None:
         both.entries[axes, axes + 1] = xy
-    names = (*placed.components[:axes], *("vx", "vy", "vz")[:axes])
-    return replace(placed, z=z, components=names), both
+    components = (*placed.components[:axes], *("vx", "vy", "vz")[:axes])
+    return replace(placed, z=z, components=components), both
 
 
 def _sd(accuracy: np.ndarray, usual: float, stated: float | None) -> np.ndarray | float:
@@ -177,32 +186,12 @@ def _sd(accuracy: np.ndarray, usual: float, stated: float | None) -> np.ndarray 
     return usual if stated is None else usual * np.nan_to_num(accuracy / stated, nan=1.0)
 
 
-def _along_the_way(
-    along: np.ndarray, way: np.ndarray, velocity: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Variances of vx and vy, and their covariance, of velocities (N, 2) that are measured along the way alone.
-
-    Nothing is known across it but that a target does not move across it faster than along it.
-    """
-    (x, y), known = np.nan_to_num(way).T, np.isfinite(way[:, 0])
-    wide = (np.nan_to_num(np.hypot(*velocity.T)) + 10.0 * np.sqrt(along)) ** 2
-    xx, yy = (np.where(known, along * u * u + wide * v * v, along) for u, v in ((x, y), (y, x)))
-    return xx, yy, np.where(known, along * x * y - wide * y * x, 0.0)
-
-
 def _off(placed: Placed, velocity: np.ndarray, way: np.ndarray | None, level: NoiseLevel) -> np.ndarray:
     """The difference (N,) in m/s of each reported velocity from the one that positions show, along its way."""
-    known = np.asarray(np.isfinite(placed.plane).all(axis=1))
-    found = level.velocity
-    if found is None:
-        found = rough_velocity(placed.time[known], placed.plane[known], placed.starts(known), usual=level.step)
-    rough = found
+    known, shown = placed.measured, level.velocity
+    if shown is None:
+        shown = rough_velocity(placed.time[known], placed.plane[known], placed.starts(known), usual=level.step)
     if not known.all():
-        rough = np.full((known.size, 2), np.nan)
-        rough[known] = found
-    off = np.empty(known.size)
-    for begin in range(0, known.size, BLOCK):
-        some = slice(begin, begin + BLOCK)
-        error = velocity[some, :2] - rough[some]
-        off[some] = np.hypot(*error.T) if way is None else np.abs((error * way[some]).sum(axis=1))
-    return off
+        some, shown = shown, np.full((known.size, 2), np.nan)
+        shown[known] = some
+    return np.asarray(native.off(velocity, shown, way))

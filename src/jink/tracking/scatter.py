@@ -33,25 +33,20 @@ MOVING = 5.0  # m/s: slower targets have no direction to speak of
 
 
 def third_differences(
-    time: np.ndarray, value: np.ndarray, new: np.ndarray, usual: float | None = None
+    time: np.ndarray, value: np.ndarray, new: np.ndarray, usual: float | None = None, spacing: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
     """Noise-only combinations of four successive values of one track, and the index of the second.
 
-    time (N,) s; value (N,) or (N, m); new (N,) marks the first row of each track. Windows with a step beyond
-    three times the usual one (s; None: the median) are left out: there, motion would no longer cancel. So are windows
-    in which nothing changes: a receiver at rest holds its position, a level flight its height, and neither shows noise.
+    time (N,) s; value (N,) or (N, m); new (N,) marks the first row of each track; spacing: only every so many rows of
+    a track are looked at. Windows with a step beyond three times the usual one (s; None: the median) are left out:
+    there, motion would no longer cancel. So are windows in which nothing changes: a receiver at rest holds its
+    position, a level flight its height, and neither shows noise.
     """
-    count = time.size
-    if count < 4:
-        return np.zeros((0, *value.shape[1:])), np.zeros(0, int)
-    step = np.diff(time)
-    inside = ~new[1:]
-    if usual is None:
-        usual = float(np.median(step[inside])) if inside.any() else 0.0
-    values = np.ascontiguousarray(value.reshape(count, -1))
+    time, values = np.ascontiguousarray(time), np.ascontiguousarray(value if value.ndim == 2 else value[:, None])
+    usual = native.usual_step(time, new, spacing) if usual is None else usual
     longest = 3.0 * max(usual, 1e-9)
-    found, index = native.third_differences(np.ascontiguousarray(time), values, new, longest, ROUNDING)
-    return found.reshape(-1, *value.shape[1:]), index
+    found, index = native.third_differences(time, values, new, longest, ROUNDING, spacing)
+    return found if value.ndim == 2 else found[:, 0], index
 
 
 def component_sd(
@@ -138,9 +133,7 @@ def rough_velocity(
     count = time.size
     if count < 2:
         return np.zeros((count, 2))
-    inside = ~new[1:]
-    if usual is None:
-        usual = float(np.median(np.diff(time)[inside])) if inside.any() else seconds
-    reach = int(np.clip(np.ceil(seconds / max(usual, 1e-9)), 1, 50))
     time, plane = np.ascontiguousarray(time), np.ascontiguousarray(plane)
+    usual = native.usual_step(time, new, 1) if usual is None else usual
+    reach = int(np.clip(np.ceil(seconds / max(usual, 1e-9)), 1, 50))
     return np.asarray(native.rough_velocity(time, plane, new, reach))

@@ -18,7 +18,7 @@ from ..io.stages import stage
 from .held_out import WORTH, Choose, Used, gain, measured_places, position_scores, sample_of
 from .noise_level import NoiseLevel
 from .placing import Placed
-from .reported import Rates, joined, rates_of
+from .reported import RATES, Rates, joined, rates_of
 from .row_noise import RowNoise
 from .scatter import MEDIAN
 
@@ -95,7 +95,7 @@ def _search(
     for tried_sd, fresh_only in [*((way, True) for way in ways), *([(None, False)] if repeats else [])]:
         # the last round: at the sds found, with the repeated reports
         tried_sd = {name: each.sd for name, each in best.items()} if tried_sd is None else tried_sd
-        tried, both = joined(placed, noise, rates, tried_sd, fresh_only, stated)
+        tried, both = joined(placed, noise, rates, tried_sd, sds if fresh_only else (), stated)
         after = position_scores(choose(tried.components, level.typical | tried_sd), tried, both[:], places)
         for column, name in enumerate(("velocity", "vertical_rate")):
             if name in sds:
@@ -136,15 +136,8 @@ def as_decided(placed: Placed, level: NoiseLevel, used: Used, rates: Rates | Non
         return placed, level
     rates = rates or rates_of(placed, level) or Rates.none(placed)
     used.usual = rates.usual if used.usual is None else used.usual
-    velocity = rates.velocity.copy()
-    for name, columns in (("velocity", slice(0, 2)), ("vertical_rate", slice(2, 3))):
-        if name not in used.sd:
-            velocity[:, columns] = np.nan
-        elif name in used.fresh_only:
-            velocity[~rates.fresh, columns] = np.nan
-    both, covariance = joined(
-        placed, level.covariance, replace(rates, velocity=velocity, usual=used.usual), used.sd, False, used.stated
-    )
+    rates = replace(rates, usual=used.usual)
+    both, covariance = joined(placed, level.covariance, rates, used.sd, used.fresh_only, used.stated)
     sources = [line | used.figures() for line in level.sources]
     return both, replace(level, covariance=covariance, typical=level.typical | used.sd, sources=sources, velocity=None)
 
@@ -167,8 +160,8 @@ def _sds(
     sds: dict[str, float] = {}
     notes: list[str] = []
     for name, error, columns in (
-        ("velocity", flat, slice(0, 2)),
-        ("vertical_rate", said[:, 2:] - x[:, 2:], slice(2, 3)),
+        ("velocity", flat, RATES["velocity"]),
+        ("vertical_rate", said[:, 2:] - x[:, 2:], RATES["vertical_rate"]),
     ):
         known = np.isfinite(error).all(axis=1) if error.size else np.zeros(0, bool)
         if known.sum() < ENOUGH:
@@ -208,5 +201,5 @@ def as_measured(placed: Placed, level: NoiseLevel) -> tuple[Placed, NoiseLevel]:
     if rates.way is not None:
         # a sensor of its own noise cannot say that it measures along the way alone
         rates.velocity[:, :2] = np.nan
-    both, covariance = joined(placed, level.covariance, rates, {}, False, {})
+    both, covariance = joined(placed, level.covariance, rates, {}, names=RATES)
     return both, replace(level, covariance=covariance)
