@@ -31,12 +31,10 @@ template <int m> bool surely_definite(const double *packs) {
     return all(sure);
 }
 
-// The same of `lanes` matrices in a row; false says nothing.
-bool surely_definite(const double *R, std::size_t m) {
-    double packs[largest_measurement * largest_measurement * lanes];
-    const double *from[lanes];
-    for (int l = 0; l < lanes; ++l) from[l] = R + l * m * m;
-    if (m >= 2 && m <= largest_measurement) to_lanes(from, std::int64_t(m * m), packs);
+constexpr int most_elements = largest_measurement * largest_measurement;
+
+// The same of any size; false says nothing.
+bool surely_definite(const double *packs, std::size_t m) {
     switch (m) {
         case 2: return surely_definite<2>(packs);
         case 3: return surely_definite<3>(packs);
@@ -47,6 +45,19 @@ bool surely_definite(const double *R, std::size_t m) {
     }
 }
 
+// The same of `lanes` matrices in a row.
+bool surely_definite_in_a_row(const double *R, std::size_t m) {
+    double packs[most_elements * lanes];
+    const double *from[lanes];
+    for (int l = 0; l < lanes; ++l) from[l] = R + l * m * m;
+    if (m < 2 || m > largest_measurement) return false;
+    to_lanes(from, std::int64_t(m * m), packs);
+    return surely_definite(packs, m);
+}
+
+// Is a matrix finite, symmetric and positive definite?
+bool definite(const double *R, std::size_t m, Vector &scratch) { return all_finite(R, m * m) && positive_definite(R, int(m), scratch); }
+
 // The first of matrices (N, m, m) that is not finite, symmetric and positive definite; -1: none.
 std::int64_t first_indefinite(nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu> matrices) {
     const std::size_t count = matrices.shape(0), m = matrices.shape(1);
@@ -55,10 +66,29 @@ std::int64_t first_indefinite(nb::ndarray<const double, nb::ndim<3>, nb::c_conti
     Vector scratch;
     for (std::size_t first = 0; first < count; first += lanes) {
         const std::size_t end = std::min(count, first + lanes);
-        if (end == first + lanes && surely_definite(matrices.data() + first * m * m, m)) continue;
-        for (std::size_t row = first; row < end; ++row) {
-            const double *R = matrices.data() + row * m * m;
-            if (!all_finite(R, m * m) || !positive_definite(R, int(m), scratch)) return std::int64_t(row);
+        if (end == first + lanes && surely_definite_in_a_row(matrices.data() + first * m * m, m)) continue;
+        for (std::size_t row = first; row < end; ++row)
+            if (!definite(matrices.data() + row * m * m, m, scratch)) return std::int64_t(row);
+    }
+    return -1;
+}
+
+// The same of matrices (m, m) that are given by what is not zero in them.
+std::int64_t first_indefinite_row(std::size_t m, nb::list columns) {
+    const std::size_t count = nb::len(columns) ? nb::cast<Const>(columns[0][2], false).size() : 0;
+    const std::vector<NoiseColumn> given = noise_columns_of(columns, int(m), count);
+    nb::gil_scoped_release released;
+    double packs[most_elements * lanes] = {}, R[most_elements];
+    Vector scratch;
+    for (std::size_t first = 0; first < count; first += lanes) {
+        const std::size_t used = std::min<std::size_t>(lanes, count - first);
+        for (const NoiseColumn &each : given)
+            for (std::size_t l = 0; l < lanes; ++l)
+                packs[(each.row * m + each.column) * lanes + l] = packs[(each.column * m + each.row) * lanes + l] = each.values[first + std::min(l, used - 1)];
+        if (surely_definite(packs, m)) continue;
+        for (std::size_t l = 0; l < used; ++l) {
+            for (std::size_t e = 0; e < m * m; ++e) R[e] = packs[e * lanes + l];
+            if (!definite(R, m, scratch)) return std::int64_t(first + l);
         }
     }
     return -1;
@@ -74,7 +104,20 @@ void keep_freed_memory() {
 
 }  // namespace
 
+std::vector<NoiseColumn> noise_columns_of(nb::list columns, int size, std::size_t rows) {
+    std::vector<NoiseColumn> out;
+    if (size > largest_measurement) throw wrong("noise: too many components");
+    for (nb::handle each : columns) {
+        const auto values = nb::cast<Const>(each[2], false);
+        out.push_back({nb::cast<int>(each[0]), nb::cast<int>(each[1]), values.data()});
+        const auto [row, column, _] = out.back();
+        if (row < 0 || row >= size || column < 0 || column >= size || values.size() != rows) throw wrong("noise: expected elements of each row's noise");
+    }
+    return out;
+}
+
 void bind_checks(nb::module_ &module) {
     module.def("first_indefinite", first_indefinite, "matrices"_a);
+    module.def("first_indefinite_row", first_indefinite_row, "size"_a, "columns"_a);
     module.def("keep_freed_memory", keep_freed_memory);
 }

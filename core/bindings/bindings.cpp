@@ -1,6 +1,5 @@
 // The Python face of the native engine: private to the package, which checks its arguments before they come here.
 #include "bindings/bindings.hpp"
-#include "run/batch.hpp"
 #include "scan/limits.hpp"
 
 namespace {
@@ -14,7 +13,9 @@ void run(const Engine &engine, nb::ndarray<const double, nb::c_contig> time, nb:
          int threads) {
     BatchInput in{time.data(), z.data(), columns, offsets.data(), std::int64_t(offsets.size()) - 1};
     if (!sensor.is_none()) in.sensor = nb::cast<nb::ndarray<const std::int32_t, nb::c_contig>>(sensor).data();
-    in.noise = pointer(noise), in.full_noise = full_noise, in.input = pointer(input);
+    if (nb::isinstance<nb::list>(noise)) in.noise_columns = noise_columns_of(nb::cast<nb::list>(noise), columns, time.size());
+    else in.noise = pointer(noise);
+    in.full_noise = full_noise, in.input = pointer(input);
     in.prior_x = pointer(prior_x), in.prior_P = pointer(prior_P);
     if (!until.is_none()) in.until = nb::cast<nb::ndarray<const std::int64_t, nb::c_contig>>(until).data();
     BatchOutput out;

@@ -4,6 +4,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include "run/batch.hpp"
 #include "run/engine.hpp"
 
 namespace nb = nanobind;
@@ -22,6 +23,9 @@ template <class N> nb::object array_of(std::vector<N> &&values, std::initializer
     nb::capsule owner(held, [](void *p) noexcept { delete static_cast<std::vector<N> *>(p); });
     return nb::cast(nb::ndarray<nb::numpy, N>(held->data(), shape.size(), shape.begin(), owner));
 }
+
+// What is not zero in the noise of `rows` measurements of `size` components: (row, column, values), from Python.
+std::vector<NoiseColumn> noise_columns_of(nb::list columns, int size, std::size_t rows);
 
 void bind_declarations(nb::module_ &module);                       // enumerations and named fields of a filter
 void bind_checks(nb::module_ &module);                             // of many rows at once

@@ -5,6 +5,12 @@
 
 namespace jink::inline JINK_LEVEL {
 
+// Element (row, column) of the noise of measurements, of all rows; the same in (column, row).
+struct NoiseColumn {
+    int row, column;
+    const double *values;
+};
+
 // Flat arrays of all tracks' rows; track b owns rows offsets[b] .. offsets[b+1]. Null where not given.
 struct BatchInput {
     const double *time, *z;
@@ -13,6 +19,7 @@ struct BatchInput {
     std::int64_t tracks;
     const std::int32_t *sensor = nullptr;
     const double *noise = nullptr;   // per row: columns variances, or columns x columns
+    std::vector<NoiseColumn> noise_columns;  // instead: what is not zero in it
     bool full_noise = false;
     const double *input = nullptr;   // per row: axes
     const double *prior_x = nullptr, *prior_P = nullptr;  // per track, in the reported components

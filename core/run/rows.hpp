@@ -56,7 +56,9 @@ class Rows {
   public:
     Rows(const BatchInput &batch, int state_axes)
         : in(batch), axes(state_axes), time(in.time, 1, 0.0), z(in.z, in.columns, NAN),
-          noise(in.noise, in.full_noise ? in.columns * in.columns : in.columns, 1.0), input(in.input, axes, 0.0) {}
+          noise(in.noise, in.full_noise ? in.columns * in.columns : in.columns, 1.0), input(in.input, axes, 0.0) {
+        for (const NoiseColumn &each : in.noise_columns) noise_columns.emplace_back(each.values, 1, each.row == each.column ? 1.0 : 0.0);
+    }
 
     Span span;
 
@@ -83,17 +85,19 @@ class Rows {
     void gather(std::int64_t from, int scans) {
         begun = from;
         for (Stream *stream : {&time, &z, &noise, &input}) stream->gather(span, from, scans);
+        for (Stream &stream : noise_columns) stream.gather(span, from, scans);
     }
 
     // The k-th scan of the block.
     void read(int k, Scan<Pack> &scan, Pack *known) {
         scan.time = time.at(k, 0);
         for (int r = 0; r < in.columns; ++r) scan.z[r] = z.at(k, r);
-        scan.own_noise = in.noise, scan.own_full = in.full_noise;
+        scan.own_noise = in.noise || !noise_columns.empty(), scan.own_full = in.full_noise;
         for (int r = 0; in.noise && r < in.columns; ++r) {
             if (!in.full_noise) scan.R[r] = noise.at(k, r);
             for (int q = 0; in.full_noise && q <= r; ++q) scan.R[packed(r, q)] = noise.at(k, r * in.columns + q);
         }
+        if (!noise_columns.empty()) read_noise_columns(k, scan.R);
         for (int a = 0; in.input && a < axes; ++a) known[a] = input.at(k, a);
         scan.input = in.input ? known : nullptr;
         PackMask lengths;
@@ -112,10 +116,19 @@ class Rows {
     int axes;
     std::int64_t begun = 0;
     Stream time, z, noise, input;
+    std::vector<Stream> noise_columns;
     std::int32_t which[lanes];
 
     Mask<Pack> suspect;
     Pack latest;
+
+    void read_noise_columns(int k, Pack *R) const {
+        std::fill_n(R, in.full_noise ? packed_size(in.columns) : in.columns, splat<Pack>(0.0));
+        for (std::size_t e = 0; e < noise_columns.size(); ++e) {
+            const NoiseColumn &at = in.noise_columns[e];
+            R[in.full_noise ? packed(at.row, at.column) : at.row] = noise_columns[e].at(k, 0);
+        }
+    }
 
     // Times must not go back within a track, and infinite measurements mean nothing.
     void look_at(const Scan<Pack> &scan) {

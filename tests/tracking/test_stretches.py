@@ -11,6 +11,7 @@ import pytest
 import jink
 from jink.estimate import covariance_pair
 from jink.filters.axis_by_axis import AxisByAxis
+from jink.filters.row_noise import RowNoise
 from jink.io.loading import Reading, load_frame
 from jink.tracking import batch, stretches
 from jink.tracking.prepare import Settings, prepare
@@ -117,7 +118,7 @@ def test_a_filter_of_ones_own_carries_its_state_row_by_row(monkeypatch):
     sensor = jink.Position(sd=20.0, axes=1)
     along = jink.IMM([jink.ConstantVelocity(acceleration_psd=q) for q in (0.1, 30.0)], sensor=sensor, transition=0.95)
     filter, covariance = AxisByAxis(along, 2), np.full((ROWS, 2), 400.0)
-    run = Stretched(filter, one.placed, covariance, None, 1)
+    run = Stretched(filter, one.placed, RowNoise.of_variances(covariance.T), None, 1)
     found = [run.run(piece) for piece in pieces(one.placed.offsets, 2_000)]
     whole = filter.filter(one.placed.time, one.placed.z, covariance=covariance, outputs=(*OUTPUTS, "P"))
     joined = together(found)

@@ -12,6 +12,7 @@ from .._engine import native
 from ..checks import Array, numbers, whole
 from ..models.start import Prior
 from ..times import seconds
+from .row_noise import RowNoise
 
 
 class Added(NamedTuple):
@@ -26,15 +27,15 @@ class Added(NamedTuple):
 class Batch:
     """Rows of tracks laid end to end, checked: what the engine runs on.
 
-    time (N,), z (N, columns), offsets (B + 1,); of each row or None: sensor, noise (variances or covariances), input;
-    prior x, P.
+    time (N,), z (N, columns), offsets (B + 1,); of each row or None: sensor, noise (variances, covariances or what is
+    not zero in them), input; prior x, P.
     """
 
     time: Array
     z: Array
     offsets: NDArray[np.int64]
     sensor: NDArray[np.int32] | None
-    noise: Array | None
+    noise: Array | RowNoise | None
     input: Array | None
     prior: tuple[Array, Array] | tuple[None, None]
 
@@ -46,7 +47,7 @@ class Batch:
         *,
         offsets: ArrayLike | None,
         sensor: ArrayLike | None,
-        covariance: ArrayLike | None,
+        covariance: ArrayLike | RowNoise | None,
         input: ArrayLike | None,
         prior: Prior | None,
         columns: int,
@@ -66,7 +67,7 @@ class Batch:
             rows,
             bounds,
             sensor_index(sensor, n, sensors),
-            row_noise(covariance, n, columns),
+            batch_noise(covariance, n, columns),
             None if input is None else array_of("input", input, (n, axes)),
             (None, None) if prior is None else prior_of_tracks(prior, components, len(bounds) - 1),
         )
@@ -98,7 +99,7 @@ class Batch:
         """What is told live of one row beside its time and measurement."""
         found: dict[str, Any] = {} if self.sensor is None else {"sensor": int(self.sensor[row])}
         if self.noise is not None:
-            found["covariance"] = self.noise[row]
+            found["covariance"] = self.noise[row : row + 1][0]
         return found if self.input is None else found | {"input": self.input[row]}
 
     def with_times(self, times: list[Array]) -> tuple[Batch, Added]:
@@ -158,9 +159,11 @@ class Batch:
 
     def arguments(self) -> tuple[Any, ...]:
         """In the order in which the engine takes them."""
-        full = self.noise is not None and self.noise.ndim == 3
+        noise, full = self.noise, isinstance(self.noise, np.ndarray) and self.noise.ndim == 3
+        if isinstance(noise, RowNoise):
+            noise, full = noise.columns(), noise.full
         columns = self.z.shape[1]
-        return (self.time, self.z, columns, self.offsets, self.sensor, self.noise, full, self.input, *self.prior)
+        return (self.time, self.z, columns, self.offsets, self.sensor, noise, full, self.input, *self.prior)
 
 
 def _cut(array: Array | None, rows: Any) -> Any:
@@ -199,6 +202,18 @@ def track_offsets(offsets: ArrayLike | None, n: int) -> NDArray[np.int64]:
     return bounds
 
 
+def batch_noise(covariance: ArrayLike | RowNoise | None, n: int, columns: int) -> Array | RowNoise | None:
+    """The noise of rows of a batch, checked."""
+    if not isinstance(covariance, RowNoise):
+        return row_noise(covariance, n, columns)
+    if (len(covariance), covariance.size) != (n, columns):
+        raise ValueError(f"covariance: expected {n} rows of {columns}, got {len(covariance)} of {covariance.size}")
+    wrong = covariance.first_indefinite()
+    if wrong >= 0:
+        _refuse(covariance[wrong : wrong + 1][0], wrong)
+    return covariance
+
+
 def row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | None:
     if covariance is None:
         return None
@@ -210,11 +225,16 @@ def row_noise(covariance: ArrayLike | None, n: int, columns: int) -> Array | Non
     if R.ndim == 3 and columns > 1:
         wrong = native.first_indefinite(R)
         if wrong >= 0:
-            _check_variances(np.diagonal(R[wrong])[None], wrong)
-            raise ValueError(f"covariance: row {wrong} is not symmetric and positive definite")
+            _refuse(R[wrong], wrong)
     else:
         _check_variances(R.reshape(n, columns), 0)
     return R
+
+
+def _refuse(R: Array, row: int) -> None:
+    """Say what is wrong with the variances (m,) or the covariance (m, m) of a row."""
+    _check_variances((np.diagonal(R) if R.ndim == 2 else R)[None], row)
+    raise ValueError(f"covariance: row {row} is not symmetric and positive definite")
 
 
 def _check_variances(variances: Array, first: int) -> None:

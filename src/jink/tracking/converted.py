@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..catalogue.choose import purpose_of
+from ..filters.row_noise import RowNoise
 from .held_out import measured_places
 from .noise_level import NoiseLevel
 from .placing import Placed
-from .row_noise import RowNoise
 
 
 def as_positions(placed: Placed, level: NoiseLevel) -> tuple[Placed, NoiseLevel]:

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..catalogue.choose import EARTH_RADIUS
+from ..filters.row_noise import RowNoise
 from ..io.geodesy import SiteFrame
 from .placing import Placed
-from .row_noise import RowNoise
 from .state import State
 
 SURE = 3.0  # sds below the lowest height

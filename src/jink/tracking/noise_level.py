@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.targets import KINDS
+from ..filters.row_noise import RowNoise
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
 from ..io.stages import stage
@@ -21,7 +22,6 @@ from .cleaning import changes
 from .decided import Decided
 from .lasting import kept, lasting_errors, said
 from .placing import Placed
-from .row_noise import RowNoise
 from .scatter import component_sd, plane_scatter, rough_velocity
 
 USUAL_ALTITUDE_SD = 10.0

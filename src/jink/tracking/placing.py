@@ -9,11 +9,11 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.choose import EARTH_RADIUS
+from ..filters.row_noise import RowNoise
 from ..io.geodesy import DevelopedFrame, SiteFrame, develop
 from ..io.stages import stage
 from ..models.observed import to_positions
 from .cleaning import changes
-from .row_noise import RowNoise
 
 UNKNOWN_HEIGHT = 300.0  # m: how far the height may have been from the first one that was reported
 

@@ -16,6 +16,7 @@ import polars as pl
 from ..catalogue.choose import EARTH_RADIUS, axes_of, chosen, purpose_of
 from ..catalogue.purpose import Purpose
 from ..catalogue.targets import kind_of
+from ..filters.row_noise import Repeated, RowNoise
 from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.measurements import Measurements
@@ -28,7 +29,6 @@ from .held_out import Used
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
-from .row_noise import Repeated, RowNoise
 from .seen_by_radar import with_lines_of_sight
 from .several_sites import to_the_map
 from .unknown_height import TargetHeight, height_of, on_the_ground

@@ -12,11 +12,11 @@ import numpy as np
 
 from .._engine import native
 from ..filters import memory
+from ..filters.row_noise import RowNoise
 from ..io.geodesy import DevelopedFrame
 from ..io.rates import FASTEST
 from .noise_level import NoiseLevel
 from .placing import Placed
-from .row_noise import RowNoise
 from .scatter import BLOCK, MEDIAN, grouped_quantile, rough_velocity, steps
 
 RATES = {"velocity": slice(0, 2), "vertical_rate": slice(2, 3)}  # and their components

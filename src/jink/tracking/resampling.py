@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import polars as pl
 
+from ..filters.row_noise import RowNoise
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
 from ..io.units import TIME
 from ..times import duration
 from .placing import Placed
-from .row_noise import RowNoise
 
 MOST = 20_000_000  # rows: more does not fit into memory
 CLOSE = 1e-6  # s: times that are one

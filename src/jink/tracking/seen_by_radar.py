@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 
+from ..filters.row_noise import RowNoise
 from ..io.geodesy import DevelopedFrame, SiteFrame, lines_of_sight
 from .placing import Placed
-from .row_noise import RowNoise
 from .scatter import MEDIAN, component_sd, third_differences
 
 MARK = "seen_by_radar"  # column of the rows

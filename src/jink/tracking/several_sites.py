@@ -13,6 +13,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.targets import kind_of
+from ..filters.row_noise import RowNoise
 from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.measurements import Measurements
@@ -20,7 +21,6 @@ from .cleaning import measured_rows
 from .converted import as_positions
 from .noise_level import NoiseLevel, noise_levels
 from .placing import UNKNOWN_HEIGHT, Placed, lay
-from .row_noise import RowNoise
 from .several_heights import between, told_by
 from .unknown_height import BEARING, VARIANCE, TargetHeight, height_of, on_the_ground
 

@@ -9,12 +9,12 @@ from typing import Any
 import polars as pl
 
 from ..filters import memory
+from ..filters.row_noise import Repeated
 from ..io.errors import InputError
 from ..io.kept import MARK
 from ..io.measurements import Measurements
 from .batch import tables_of
 from .prepare import Group, Known, Prepared, Settings, prepare
-from .row_noise import Repeated
 from .stretches import pieces
 from .summary import CLEANED
 from .tally import Tally, complete, slim

@@ -19,9 +19,9 @@ import numpy as np
 
 from ..estimate import Estimate, covariance_name, covariance_pair
 from ..filters.bank import Bank
+from ..filters.row_noise import Repeated, RowNoise
 from .manoeuvring import Manoeuvres, Moving, Told, probabilities
 from .placing import Placed
-from .row_noise import Repeated, RowNoise
 from .state import State, covariances_read
 
 CHUNK = 60_000  # rows that are filtered at once: bounds the memory that covariances take
@@ -120,7 +120,7 @@ class Stretched:
             self.time[rows],
             self.z[rows],
             offsets=offsets,
-            covariance=None if self.covariance is None else self.covariance[rows],
+            covariance=None if self.covariance is None else self.covariance.piece(rows),
             threads=self.threads,
             outputs=(*OUTPUTS, *(self.covariances if alone else ["P"])),
         )

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from ..filters.row_noise import RowNoise
 from ..io.errors import InputError
 from ..io.stages import stage
 from .held_out import WORTH, Choose, Used, gain, measured_places, position_scores, sample_of
 from .noise_level import NoiseLevel
 from .placing import Placed
 from .reported import RATES, Rates, joined, rates_of
-from .row_noise import RowNoise
 from .scatter import MEDIAN
 
 SAMPLE = 6_000  # rows that decide

@@ -1,7 +1,7 @@
 """Measurement noise of many rows: what is not zero in their covariances, each entry once.
 
-A covariance of six components has 36 entries, of which seven are not zero. So rows are put together where a filter asks
-for them.
+A covariance of six components has 36 entries, of which seven are not zero. A native filter takes them so; for others,
+rows are put together where they are asked for.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..filters import memory
+from .._engine import native
+from . import memory
 
 FEWEST = 200_000  # rows: of fewer, all covariances take little
 TIMES = 16  # that each is repeated, on average
@@ -55,6 +56,18 @@ class RowNoise:
     def some(self, rows: slice | np.ndarray) -> RowNoise:
         """That of some rows; their own values."""
         return replace(self, entries={at: each[rows].copy() for at, each in self.entries.items()})
+
+    def piece(self, rows: slice | np.ndarray) -> RowNoise:
+        """That of some rows; the same values in memory where the rows are a slice."""
+        return replace(self, entries={at: each[rows] for at, each in self.entries.items()})
+
+    def columns(self) -> list[tuple[int, int, np.ndarray]]:
+        """The entries (i, j), each with its values (N,), as the engine takes them."""
+        return [(i, j, np.ascontiguousarray(each, dtype=float)) for (i, j), each in self.entries.items()]
+
+    def first_indefinite(self) -> int:
+        """The first row whose covariance is not positive definite, or whose variances are not positive; -1: none."""
+        return native.first_indefinite_row(self.size, self.columns())
 
     def first(self, count: int) -> RowNoise:
         """That of the first components."""
@@ -100,7 +113,7 @@ class Repeated:
     number (N,): which of `different` is a row's.
     """
 
-    different: np.ndarray
+    different: RowNoise
     number: np.ndarray
 
     @classmethod
@@ -114,7 +127,11 @@ class Repeated:
             new[1:] |= each[1:] != each[:-1]
         if TIMES * np.count_nonzero(new) > len(new):
             return None
-        return cls(noise[new], np.cumsum(new, dtype=np.int32) - 1)
+        return cls(noise.some(new), np.cumsum(new, dtype=np.int32) - 1)
+
+    def piece(self, rows: slice | np.ndarray) -> RowNoise:
+        """That of some rows."""
+        return self.different.piece(self.number[rows])
 
     def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
         return self.different[self.number[rows]]

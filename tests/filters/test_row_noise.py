@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jink.tracking.row_noise import BLOCK, FEWEST, Repeated, RowNoise
+from jink import IMM, ConstantVelocity, CoordinatedTurn, Kalman, Position
+from jink.filters.row_noise import BLOCK, FEWEST, Repeated, RowNoise
 
 ROWS = 2 * BLOCK + 1_000
 ASKED = (slice(None), slice(BLOCK - 10, 2 * BLOCK + 10), np.arange(50) * 7, np.arange(ROWS) % 3 == 0)
@@ -90,3 +91,47 @@ def test_noise_is_uniform_where_no_entry_differs():
     late[-1] = 2.0
     assert RowNoise(2, {(0, 0): same, (1, 1): same}).uniform
     assert not RowNoise(2, {(0, 0): same, (0, 1): late, (1, 1): same}).uniform
+
+
+@pytest.mark.parametrize("full", [False, True])
+@pytest.mark.parametrize("verb", ["filter", "smooth"])
+def test_a_filter_takes_the_columns_of_noise_as_it_takes_matrices(verb, full):
+    rng = np.random.default_rng(8)
+    z = rng.normal(0.0, 30.0, (770, 2))
+    z[rng.uniform(size=z.shape) < 0.1] = np.nan
+    R = symmetric(2, len(z), 9) + 5.0 * np.eye(2)
+    noise = RowNoise.of_covariances(R) if full else RowNoise.of_variances(R[:, [0, 1], [0, 1]].T)
+    turn = CoordinatedTurn(acceleration_psd=1.0, turn_rate_psd=1e-5)
+    imm = IMM([ConstantVelocity(acceleration_psd=1.0), turn], Position(sd=1.0), transition=0.95)
+    offsets = np.cumsum([0, 70, 30, 200, 1, 9, 390, 70])
+    time, given = np.arange(770.0), R if full else R[:, [0, 1], [0, 1]]
+    one, other = (getattr(imm, verb)(time, z, offsets=offsets, covariance=each) for each in (given, noise))
+    for name, values in one.results.items():
+        np.testing.assert_array_equal(other.results[name], values)
+    # the rows are asked for again where estimates at other times are
+    np.testing.assert_array_equal(other.at([3.5, 75.0]).x, one.at([3.5, 75.0]).x)
+
+
+@pytest.mark.parametrize("size", [1, 2, 6])
+def test_the_row_whose_noise_is_wrong_is_named(size):
+    R = np.tile(np.eye(size), (101, 1, 1))
+    noise = RowNoise.of_covariances(R)
+    assert noise.first_indefinite() == -1
+    for row, wrong in ((0, -1.0), (63, np.nan), (100, 0.0)):
+        bad = noise.some(slice(None))
+        bad.entries[size - 1, size - 1][row] = wrong
+        assert bad.first_indefinite() == row
+    if size > 1:
+        noise.entries[0, 1][97] = 1.5
+        assert noise.first_indefinite() == 97
+
+
+def test_noise_of_other_rows_or_components_is_refused():
+    kalman = Kalman(ConstantVelocity(acceleration_psd=1.0), Position(sd=1.0))
+    for count, size in ((9, 2), (10, 3)):
+        with pytest.raises(ValueError, match=f"covariance: expected 10 rows of 2, got {count} of {size}"):
+            kalman.filter(np.arange(10.0), np.zeros((10, 2)), covariance=RowNoise.of_variances(np.ones((size, count))))
+    bad = RowNoise.of_covariances(np.tile(np.eye(2), (10, 1, 1)))
+    bad.entries[0, 1][4] = 2.0
+    with pytest.raises(ValueError, match="covariance: row 4 is not symmetric and positive definite"):
+        kalman.filter(np.arange(10.0), np.zeros((10, 2)), covariance=bad)
