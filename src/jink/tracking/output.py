@@ -24,6 +24,7 @@ from .state import State
 from .unknown_height import VARIANCE, along_the_line
 from .unseen_heights import CLIMB, HEIGHT
 
+STATUSES = pl.Series(STATUS, dtype=pl.Enum(STATUS))
 SLOW = 1e-6  # m/s: below this speed a course means nothing
 NIS_BAND = {
     1: (0.000982, 5.0239),
@@ -61,32 +62,40 @@ def tracks_table(
         "part": placed.rows["part"],
         "time": placed.rows["time"],
     }
-    measured = {"measured_x": placed.plane[:, 0], "measured_y": placed.plane[:, 1]}
-    if placed.axes == 3:
-        measured["measured_z"] = placed.height
-    modes = {f"probability_{name}": estimate.mode_probability[:, i] for i, name in enumerate(estimate.modes)}
-    busy = {"manoeuvring": manoeuvres.horizontal}
+    numbers = {**place, **columns, **sds}
+    numbers |= {f"probability_{name}": estimate.mode_probability[:, i] for i, name in enumerate(estimate.modes)}
+    numbers["manoeuvring"] = manoeuvres.horizontal
     if manoeuvres.vertical is not None:
-        busy["manoeuvring_vertical"] = manoeuvres.vertical
-    nis = {"nis": estimate.nis, "nis_dof": np.asarray(estimate.nis_dof).astype(np.uint8)}
-    table = pl.DataFrame({**head, **place, **columns, **sds, **modes, **busy, **measured, **nis})
-    floats = [name for name, kind in table.schema.items() if kind == pl.Float64]
-    table = table.with_columns(
-        pl.col(floats).fill_nan(None),
-        status=pl.Series(np.asarray(estimate.status)).replace_strict(
-            list(Status), STATUS, return_dtype=pl.Enum(STATUS)
-        ),
-        segment=pl.lit(None, pl.Int32) if manoeuvres.segment is None else pl.Series(manoeuvres.segment, dtype=pl.Int32),
-        file=placed.rows["file"],
-        row=placed.rows["row"],
-    )
+        numbers["manoeuvring_vertical"] = manoeuvres.vertical
+    numbers |= {"measured_x": placed.plane[:, 0], "measured_y": placed.plane[:, 1], "nis": estimate.nis}
+    status = {"status": np.asarray(estimate.status)}
     if placed.axes == 3:
-        table = table.with_columns(altitude_status=_altitude_status())
+        numbers["measured_z"] = placed.height
+        # what was not measured is predicted, whatever else was
+        status["altitude_status"] = np.where(np.isnan(placed.height), Status.predicted, status["status"])
+    table = pl.DataFrame(
+        {
+            **head,
+            **numbers,
+            **{name: STATUSES.gather(each) for name, each in status.items()},
+            "nis_dof": np.asarray(estimate.nis_dof).astype(np.uint8),
+            "segment": _segments(manoeuvres.segment, placed.rows.height),
+            "file": placed.rows["file"],
+            "row": placed.rows["row"],
+        }
+    )
+    # few columns have a NaN, which is their least value then
+    unknown = [name for name, values in numbers.items() if np.isnan(values.min(initial=0.0))]
+    table = table.with_columns(pl.col(unknown).fill_nan(None))
     if absolute:
         table = table.with_columns((pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC")))
     if "on_ground" in placed.rows.columns:
         table = table.with_columns(on_ground=placed.rows["on_ground"])
     return table.select(_ordered(table.columns)).with_columns(**unmarked(placed.rows, table.columns))
+
+
+def _segments(numbers: np.ndarray | None, rows: int) -> pl.Series:
+    return pl.repeat(None, rows, dtype=pl.Int32, eager=True) if numbers is None else pl.Series(numbers, dtype=pl.Int32)
 
 
 def _widen(placed: Placed, state: State) -> None:
@@ -175,12 +184,6 @@ def _unknown_velocity(
             if name in columns:
                 columns[name] = np.where(unknown, np.nan, columns[name])
         sds["course_sd"] = np.where(unknown, np.nan, sds["course_sd"])
-
-
-def _altitude_status() -> pl.Expr:
-    """The status of the height alone: what was not measured is predicted, whatever else was."""
-    known = pl.col("measured_z").is_not_null()
-    return pl.when(known).then(pl.col("status")).otherwise(pl.lit("predicted").cast(pl.Enum(STATUS)))
 
 
 def _position(placed: Placed, state: State) -> tuple[dict[str, np.ndarray], np.ndarray]:
