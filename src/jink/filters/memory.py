@@ -45,7 +45,9 @@ class _Lent:
         self.__array_interface__ = block[start : start + size].__array_interface__
 
     def __del__(self) -> None:
-        keep(self.block)
+        # at the end of the process functions may be gone before the last array
+        if keep is not None:
+            keep(self.block)
 
 
 def empty(shape: tuple[int, ...]) -> Array:
