@@ -70,7 +70,9 @@ def correlated_errors(time: np.ndarray, plane: np.ndarray, target: np.ndarray, t
     lengths = np.diff(np.r_[starts, time.size])
     V, n = np.full((targets, len(SPACINGS)), np.nan), np.zeros((targets, len(SPACINGS)), int)
     # most targets are told from others by two spacings, so that the rest is looked at of few
-    looked = np.isin(target, np.unique(target[starts[lengths >= ROWS]]))
+    long = np.zeros(targets, bool)
+    long[target[starts[lengths >= ROWS]]] = True
+    looked = long[target]
     sd, seconds = np.full(targets, np.nan), np.full(targets, np.nan)
     growing = np.zeros(targets, bool)
     for these in ((2, 0), (1, 3), (4, 5)):
