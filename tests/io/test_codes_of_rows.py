@@ -3,8 +3,10 @@
 import numpy as np
 import polars as pl
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from jink.io.values import codes_of, order_of, taken
+from jink.io.values import codes_of, numbered, order_of, taken
 
 NAMES = ["b", None, "a", "long enough not to be kept inline", "c"]
 
@@ -29,3 +31,11 @@ def test_rows_that_are_taken_leave_an_empty_table():
     table = pl.DataFrame({"target": ["a", "b", "c"], "x": [1.0, 2.0, 3.0]})
     assert taken(table, np.array([2, 0])).rows() == [("c", 3.0), ("a", 1.0)]
     assert table.width == 0
+
+
+@given(st.lists(st.sampled_from(["b", "a", "", "ü", "aa"]), max_size=40), st.integers(1, 60))
+def test_texts_are_numbered_as_they_come(texts, times):
+    rows = [text for text in texts for _ in range(times)]
+    names, number = numbered(pl.Series(rows, dtype=pl.String))
+    assert names == list(dict.fromkeys(rows))
+    assert [names[k] for k in number] == rows

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import threading
@@ -15,6 +16,7 @@ from typing import Any, Protocol
 from .errors import Stopped
 
 Task = tuple[Callable[..., Any], tuple[Any, ...]]
+GARBAGE = 100_000  # new objects after which Python looks for garbage
 LOSSES = 3  # times that a process may die before the run ends
 
 
@@ -94,6 +96,8 @@ def _begin(parent: int) -> None:
 
     # one bucket's memory is the next one's, so that no array costs new pages
     native.keep_freed_memory()
+    # a table makes many small objects and hardly any garbage
+    gc.set_threshold(GARBAGE)
     _end_with(parent)
 
 

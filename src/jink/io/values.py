@@ -76,6 +76,18 @@ def codes_of(series: pl.Series) -> np.ndarray:
     return _each_code(series)
 
 
+def numbered(series: pl.Series) -> tuple[list[str], np.ndarray]:
+    """Different texts in the order in which they come, and the number of each row's (N,); none is missing."""
+    codes = codes_of(series)
+    first = np.zeros(int(codes.max(initial=0)) + 1, np.int64)
+    # the first row is written last
+    first[codes[::-1]] = np.arange(codes.size - 1, -1, -1)
+    order = np.argsort(first[1:])
+    number = np.empty(order.size, np.int64)
+    number[order] = np.arange(order.size)
+    return series[first[1:][order]].to_list(), number[codes - 1]
+
+
 def _each_code(series: pl.Series) -> np.ndarray:
     known = series.unique().drop_nulls().sort()
     return (series.cast(pl.Enum(known)).to_physical().cast(pl.UInt32) + 1).fill_null(0).to_numpy()

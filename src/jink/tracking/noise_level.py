@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import polars as pl
 
 from ..catalogue.targets import KINDS
 from ..filters.row_noise import RowNoise
@@ -17,6 +16,7 @@ from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
 from ..io.stages import stage
 from ..io.units import ANGLE, LENGTH, SPEED, TIME
+from ..io.values import numbered
 from . import seen_by_radar
 from .cleaning import changes
 from .decided import Decided
@@ -283,18 +283,15 @@ def _groups(placed: Placed) -> tuple[list[str], np.ndarray, np.ndarray]:
     A group is a source, or a source's target where targets report themselves (places on the map without a
     sensor's column).
     """
-    names = placed.rows["source"].unique(maintain_order=True)
-    source = np.zeros(placed.rows.height, np.int64)
-    if len(names) > 1:
-        source = placed.rows["source"].replace_strict(names, np.arange(len(names)), return_dtype=pl.Int64).to_numpy()
+    names, source = numbered(placed.rows["source"])
     if not _by_target(placed):
-        return names.to_list(), source, np.arange(len(names))
+        return names, source, np.arange(len(names))
     offsets = placed.offsets
     target = np.repeat(np.cumsum(changes(placed.rows["target"][offsets[:-1]])) - 1, np.diff(offsets))
     if len(names) == 1:
-        return names.to_list(), target, np.zeros(int(target[-1]) + 1, np.int64)
+        return names, target, np.zeros(int(target[-1]) + 1, np.int64)
     pair, group = np.unique(target * len(names) + source, return_inverse=True)
-    return names.to_list(), group, pair % len(names)
+    return names, group, pair % len(names)
 
 
 def _by_target(placed: Placed) -> bool:
