@@ -26,7 +26,7 @@ from .request import FLAG, Command, command_of
 
 # each is a file of this folder with a function run_NAME
 COMMANDS = ("track", "simulate", "compare", "report", "reproduce", "fit", "learn")
-GARBAGE = 20_000  # new objects after which Python looks for garbage
+GARBAGE = 100_000  # new objects after which Python looks for garbage
 
 
 class Commands(PlainValues, TyperGroup):
