@@ -6,7 +6,7 @@ rows are put together where they are asked for.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,10 +78,12 @@ class RowNoise:
         ats = self.entries.keys() | other.entries.keys()
         return replace(self, entries={at: np.where(rows, other.covariance(*at), self.covariance(*at)) for at in ats})
 
-    def beside(self, variances: Iterable[np.ndarray]) -> RowNoise:
-        """With further components (N,), whose errors are independent of these."""
+    def beside(
+        self, variances: Iterable[np.ndarray], correlated: Mapping[tuple[int, int], np.ndarray] | None = None
+    ) -> RowNoise:
+        """With further components (N,), whose errors are independent of these; correlated: covariances among them."""
         more = {(k, k): each for k, each in enumerate(variances, self.size)}
-        return RowNoise(self.size + len(more), self.entries | more, self.full)
+        return RowNoise(self.size + len(more), {**self.entries, **more, **(correlated or {})}, self.full)
 
     def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
         chosen = {at: each[rows] for at, each in self.entries.items()}

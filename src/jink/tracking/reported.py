@@ -17,7 +17,7 @@ from ..io.geodesy import DevelopedFrame
 from ..io.rates import FASTEST
 from .noise_level import NoiseLevel
 from .placing import Placed
-from .scatter import BLOCK, MEDIAN, grouped_quantile, rough_velocity, steps
+from .scatter import MEDIAN, grouped_quantile, rough_velocity, steps
 
 RATES = {"velocity": slice(0, 2), "vertical_rate": slice(2, 3)}  # and their components
 FAR = 6.0  # sds from the motion that positions show: such a report is wrong
@@ -152,31 +152,23 @@ def joined(
     axes, count = placed.axes, placed.rows.height
     names = sds if names is None else names
     z = memory.empty((count, 2 * axes))
-    xx, yy, up = (memory.empty((count,)) for _ in range(3))
-    xy = None if rates.way is None else memory.empty((count,))
-    doubtful = FAR * max(rates.usual, sds.get("velocity", 0.0))
-    for begin in range(0, count, BLOCK):
-        some = slice(begin, begin + BLOCK)
-        velocity = z[some, axes:]
-        z[some, :axes], velocity[:] = placed.z[some, :axes], rates.velocity[some, :axes]
-        for name, columns in RATES.items():
-            if name not in names:
-                velocity[:, columns] = np.nan
-            elif name in fresh_only:
-                velocity[~rates.fresh[some], columns] = np.nan
-        velocity[rates.off[some] > doubtful, :2] = np.nan
-        sd, up[some] = (
-            _sd(rates.accuracy[some, column], sds.get(name, 1.0), (stated or {}).get(name))
-            for column, name in enumerate(RATES)
-        )
-        along, up[some] = sd**2 + rates.slack[some] ** 2, up[some] ** 2
-        if rates.way is None or xy is None:
-            xx[some] = yy[some] = along
-        else:
-            xx[some], yy[some], xy[some] = native.along_the_way(along, rates.way[some], rates.velocity[some])
-    both = noise.beside((xx, yy, up)[:axes])
-    if xy is not None:
-        both.entries[axes, axes + 1] = xy
+    z[:, :axes], z[:, axes:] = placed.z[:, :axes], rates.velocity[:, :axes]
+    velocity = z[:, axes:]
+    for name, columns in RATES.items():
+        if name not in names:
+            velocity[:, columns] = np.nan
+        elif name in fresh_only:
+            velocity[~rates.fresh, columns] = np.nan
+    velocity[rates.off > FAR * max(rates.usual, sds.get("velocity", 0.0)), :2] = np.nan
+    sd, up = (
+        _sd(rates.accuracy[:, column], sds.get(name, 1.0), (stated or {}).get(name))
+        for column, name in enumerate(RATES)
+    )
+    xx = yy = sd**2 + rates.slack**2
+    correlated = {}
+    if rates.way is not None:
+        xx, yy, correlated[axes, axes + 1] = native.along_the_way(xx, rates.way, rates.velocity)
+    both = noise.beside((xx, yy, np.full(count, up**2))[:axes], correlated)
     components = (*placed.components[:axes], *("vx", "vy", "vz")[:axes])
     return replace(placed, z=z, components=components), both
 
