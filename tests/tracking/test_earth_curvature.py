@@ -114,7 +114,7 @@ def test_a_far_flight_is_where_it_is(first):
 @pytest.mark.parametrize("site", [(0.0, 179.9, 30.0), (47.0, 8.0, 2500.0), (-89.9, 0.0, 2800.0)])
 def test_altitudes_are_above_the_ellipsoid_in_every_direction(site, to):
     """The sphere of a site is up to 24 m off at 300 km, and the altitude in the output was so too."""
-    table, lat, lon = far_flight(300e3, noise=1.0, site=site, to=to)
+    table, *_ = far_flight(300e3, noise=1.0, site=site, to=to)
     tracks = jink.track(table, site=site, sensor_sd={"range": 1.0, "azimuth_deg": 0.001, "altitude": 8.0})
     assert np.abs(tracks["altitude"].to_numpy() - 11_000.0).max() < 2.0
 
