@@ -14,14 +14,26 @@ import pytest
 
 from jink.cli.exit_status import exit_status, guarded
 from jink.cli.streams import Closed
+from jink.report.summary_table import _noise
 
 ROWS = [{"target": "a", "time": float(k), "x": 200.0 * k, "y": 30.0 * k} for k in range(30)]
 unix = pytest.mark.skipif(sys.platform == "win32", reason="closed descriptors and full devices are those of Unix")
 
 
-def jink(*arguments: object, shell: str = "", encoding: str = "utf-8") -> subprocess.CompletedProcess[bytes]:
+def jink(
+    *arguments: object, shell: str = "", before: str = "", encoding: str = "utf-8"
+) -> subprocess.CompletedProcess[bytes]:
     """The command in a shell, which redirects its streams."""
-    line = ["sh", "-c", f'"$@" {shell}', "sh", sys.executable, "-m", "jink", *map(os.fsencode, map(str, arguments))]
+    line = [
+        "sh",
+        "-c",
+        f'{before} "$@" {shell}',
+        "sh",
+        sys.executable,
+        "-m",
+        "jink",
+        *map(os.fsencode, map(str, arguments)),
+    ]
     environment = {**os.environ, "COLUMNS": "200", "NO_COLOR": "1", "PYTHONIOENCODING": encoding}
     return subprocess.run(line, env=environment, capture_output=True, check=False)
 
@@ -109,6 +121,10 @@ def test_a_full_device_is_one_line(plots, tmp_path):
 def test_a_reader_that_has_gone_is_no_error(plots):
     done = jink("track", plots, "-o", "-", "-q", shell="| true")
     assert done.stderr == b""
+    many = plots.with_name("many.csv")
+    pl.concat([pl.DataFrame(ROWS).with_columns(target=pl.lit(f"T{k}")) for k in range(200)]).write_csv(many)
+    done = jink("track", many, "-o", "-", "-q", shell="; echo $? >&2) | head -1", before="(")
+    assert done.stderr.split() == [b"141"] and done.stdout.count(b"\n") == 1
 
 
 def test_standard_output_in_ascii(plots):
@@ -191,3 +207,9 @@ def test_a_closed_stream_refuses_every_use():
     for use in (lambda: stream.write("a"), lambda: stream.buffer.write(b"a"), stream.fileno):
         with pytest.raises(OSError, match="standard output is closed"):
             use()
+
+
+@pytest.mark.parametrize(("spread", "said"), [([19.6, 20.4], "(estimated)"), ([18.0, 21.0], "18 to 21 m by target)")])
+def test_a_range_over_the_targets_is_said_where_there_is_one(spread, said):
+    line = {"position_sd": 20.0, "position_sd_from": "estimated", "position_sd_range": spread}
+    assert next(_noise([{"source": "a.csv", **line}])).endswith(said)

@@ -87,6 +87,8 @@ def limited(folder: Path, *words: str, most: int, shares: bool = False) -> subpr
     return subprocess.run(
         [sys.executable, *(("-c", SHARES) if shares else ("-m", "jink")), *words],
         cwd=folder,
+        # compiled modules that are cut off would stay
+        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},
         capture_output=True,
         text=True,
         check=False,

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import jink
 from jink.cli.main import app
+from jink.fit.data import SIMULATED_TRUTH, true_values
 from jink.learn.learning import BASE, LEARNED, NAMED, learn
 from jink.learn.recipes import RECIPES
 
@@ -367,6 +368,18 @@ def test_true_velocities_that_lead_elsewhere_are_refused(recorded, tmp_path, wro
     pl.read_parquet(recorded).with_columns(**wrong).write_parquet(path)
     done = command("nn-kf", path, "--kind", "fighter", "--epochs", 1, "-q")
     assert done.exit_code == 2 and "vx leads elsewhere than px" in " ".join(done.output.split())
+
+
+def test_units_in_names_of_true_columns_count(recorded, tmp_path):
+    """Knots under a name that says so were taken for m/s, and refused."""
+    table, path = pl.read_parquet(recorded), tmp_path / "units.parquet"
+    names = {"true_velocity_x": "vx_kt", "true_velocity_y": "vy_kt", "true_x": "x_km", "true_y": "north_nmi"}
+    factors = dict(zip(names, (3600 / 1852, 3600 / 1852, 1e-3, 1 / 1852), strict=True))
+    table.with_columns(pl.col(n) * f for n, f in factors.items()).rename(names).write_parquet(path)
+    row = np.arange(table.height)
+    truth = {"px": "x_km", "py": "north_nmi", "vx": "vx_kt", "vy": "vy_kt"}
+    wanted = true_values(str(recorded), row, {c: SIMULATED_TRUTH[c] for c in truth})
+    np.testing.assert_allclose(true_values(str(path), row, truth), wanted, rtol=1e-12)
 
 
 @pytest.mark.parametrize("late", [0, 1])

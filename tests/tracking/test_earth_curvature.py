@@ -68,19 +68,19 @@ def test_the_radius_of_a_site_fits_the_ellipsoid():
     assert np.abs(altitude - 500.0).max() < 1.5  # 0.3 % of the 390 m of curvature at 70 km
 
 
-def far_flight(first, noise):
+def far_flight(first, noise, site=SITE, to=20.0):
     """A flight on a geodesic at 11 km, from `first` metres north of the site outwards, as an exact radar sees it."""
     from pyproj import Geod, Transformer
 
     geod, space = Geod(ellps="WGS84"), Transformer.from_pipeline("+proj=cart +ellps=WGS84")
     n = 80
-    start = geod.fwd(SITE[1], SITE[0], 20.0, first)
+    start = geod.fwd(site[1], site[0], to, first)
     track = [geod.fwd(start[0], start[1], 60.0, 230.0 * 4.0 * k) for k in range(n)]
     lon, lat = np.array([t[0] for t in track]), np.array([t[1] for t in track])
     altitude = np.full(n, 11_000.0)
     target = np.array(space.transform(lon, lat, altitude))
-    origin = np.array(space.transform(SITE[1], SITE[0], SITE[2]))[:, None]
-    phi, lam = np.radians(SITE[0]), np.radians(SITE[1])
+    origin = np.array(space.transform(site[1], site[0], site[2]))[:, None]
+    phi, lam = np.radians(site[0]), np.radians(site[1])
     to_enu = np.array(
         [
             [-np.sin(lam), np.cos(lam), 0.0],
@@ -108,3 +108,25 @@ def test_a_far_flight_is_where_it_is(first):
     *_, off = Geod(ellps="WGS84").inv(tracks["longitude"], tracks["latitude"], lon, lat)
     assert np.mean(off[10:]) < 3.0
     assert np.abs(tracks["altitude"].to_numpy()[10:] - 11_000.0).max() < 20.0
+
+
+@pytest.mark.parametrize("to", [0.0, 90.0])
+@pytest.mark.parametrize("site", [(0.0, 179.9, 30.0), (47.0, 8.0, 2500.0), (-89.9, 0.0, 2800.0)])
+def test_altitudes_are_above_the_ellipsoid_in_every_direction(site, to):
+    """The sphere of a site is up to 24 m off at 300 km, and the altitude in the output was so too."""
+    table, *_ = far_flight(300e3, noise=1.0, site=site, to=to)
+    tracks = jink.track(table, site=site, sensor_sd={"range": 1.0, "azimuth_deg": 0.001, "altitude": 8.0})
+    assert np.abs(tracks["altitude"].to_numpy() - 11_000.0).max() < 2.0
+
+
+def test_a_stream_knows_how_high_its_radar_stands():
+    """Altitudes were taken for heights above the site: those of the output were higher by its own."""
+    site = (47.0, 8.0, 2500.0)
+    table, *_ = far_flight(100e3, noise=1.0, site=site)
+    how = {"site": site, "sensor_sd": {"range": 50.0, "azimuth_deg": 0.1, "altitude": 10.0}}
+    tracks = jink.track(table, **how)
+    live = jink.LiveTracker(**how)
+    rows = [live.update(row["id"], row["time"], **{n: row[n] for n in table.columns[2:]}) for row in table.to_dicts()]
+    for name in ("latitude", "longitude", "altitude", "z", "measured_z"):
+        np.testing.assert_allclose([row[name] for row in rows], tracks[name].to_numpy(), rtol=1e-9)
+    assert abs(rows[-1]["altitude"] - 11_000.0) < 5.0

@@ -96,6 +96,17 @@ def test_a_filter_that_counts_rows_takes_no_rows_between():
         jink.track(_walk(), kind="vehicle", filter="fuzzy-imm", every="1s")
 
 
+@pytest.mark.parametrize("name", ["kalman-cv", "two-stage", "aimm3", "singer", "csaf", "kalman-ca"])
+def test_noise_that_belongs_to_a_step_is_named(name):
+    """Rows between the measurements make other estimates of such a filter, silently before."""
+    found = jink.track(_walk(), kind="vehicle", filter=name, every="200ms", details=True)
+    noted = any("noise of this filter is that of a step" in note for note in found.summary["notes"])
+    assert noted == (name in ("kalman-cv", "two-stage", "aimm3"))
+    plain = jink.track(_walk(), kind="vehicle", filter=name).join(found.tracks, on="time", suffix="_even")
+    differs = ((plain["x"] - plain["x_even"]).abs() / plain["x_sd"]).head(20).max()
+    assert (differs > 0.01) == noted
+
+
 def test_even_times_of_places_on_the_map():
     time = pl.datetime_range(pl.datetime(2024, 5, 1), pl.datetime(2024, 5, 1, 0, 10), "5s", eager=True, time_zone="UTC")
     seconds = 5.0 * np.arange(time.len())

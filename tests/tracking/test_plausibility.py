@@ -82,6 +82,13 @@ def test_times_in_milliseconds_are_suggested_where_they_would_make_a_flight():
     assert "milliseconds" not in codes(straight(speed=1.4, sd=3.0))["too_slow"]["likely"]
 
 
+def test_kilometres_are_suggested_where_they_would_make_a_flight():
+    kilometres = straight().with_columns(pl.col("x", "y") / 1000.0)
+    found = codes(kilometres)["too_slow"]
+    assert "kilometres" in found["likely"] and "--columns x_km=NAME,y_km=NAME" in found["mend"]
+    assert "too_slow" not in codes(kilometres, columns={"x_km": "x", "y_km": "y"})
+
+
 def test_names_of_ships_are_noted_where_the_filter_is_for_aircraft():
     ships = straight(speed=8.0).rename({straight().columns[0]: "MMSI"})
     notes = {kind: jink.track(ships, kind=kind, details=True).summary["notes"] for kind in ("aircraft", "vessel")}

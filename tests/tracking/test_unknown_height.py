@@ -9,6 +9,7 @@ import polars as pl
 import pytest
 
 import jink
+from jink.catalogue.choose import EARTH_RADIUS
 from jink.io.errors import InputError
 from jink.tracking.unknown_height import TargetHeight, is_slant
 
@@ -36,8 +37,11 @@ def errors(tracks: pl.DataFrame, truth: np.ndarray) -> np.ndarray:
 def test_the_mean_and_the_variance_are_those_over_the_prior():
     height, rng = TargetHeight(4000.0, 3500.0), np.random.default_rng(1)
     drawn = np.clip(rng.normal(4000.0, 3500.0, 400_000), 0.0, None)
-    for slant in (20e3, 60e3, 200e3):
-        ground = np.sqrt(slant**2 - np.minimum(drawn, 0.95 * slant) ** 2)
+    for slant in (20e3, 60e3, 200e3, 400e3):
+        # the triangle of the earth's centre, the radar and the target
+        to_target = EARTH_RADIUS + np.minimum(drawn, 0.95 * slant)
+        angle = np.arccos((EARTH_RADIUS**2 + to_target**2 - slant**2) / (2 * EARTH_RADIUS * to_target))
+        ground = EARTH_RADIUS * angle
         mean, variance = (float(each[0]) for each in height.ground_range(np.array([slant])))
         # a clipped normal is not smooth, so 15 nodes give its mean to two hundredths of its sd
         assert mean == pytest.approx(ground.mean(), abs=0.03 * ground.std())
@@ -58,6 +62,15 @@ def test_slant_ranges_are_corrected_and_their_sds_cover_the_errors():
         return float((np.abs(errors) <= 2.0 * sds).mean())
 
     assert inside(found.tracks, off) > 0.93 > 0.85 > inside(plain.tracks, before)
+
+
+def test_far_slant_ranges_are_those_over_a_curved_earth():
+    """At 400 km and 8 km of height the ground is 270 m nearer; a plane knew 80 m of it, with an sd of 30 m."""
+    mean, variance = TargetHeight(8000.0, 2000.0).ground_range(np.array([400e3]))
+    assert 400e3 - mean[0] == pytest.approx(270.0, abs=2.0)
+    assert np.sqrt(variance[0]) == pytest.approx(
+        400e3 * 2000.0 / (2 * EARTH_RADIUS) + 8000.0 * 2000.0 / 400e3, rel=0.02
+    )
 
 
 def test_ranges_that_do_not_say_what_they_are_are_named():

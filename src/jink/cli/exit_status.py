@@ -21,6 +21,7 @@ from . import streams
 # what the command line works with, but `import jink` does not
 PACKAGES = ("polars", "narwhals", "pyproj", "rich")
 DEBUG = "--debug"
+READER_GONE = 141  # what shells say of a program whose reader has gone: 128 and SIGPIPE
 
 
 def exit_status(
@@ -55,7 +56,10 @@ def exit_status(
     except mistakes as error:
         return failed(str(error), 2, as_json=as_json)
     except BaseException as error:  # a panic of polars is no Exception
-        known = None if _reader_gone(error) else _known(error)
+        if _reader_gone(error):  # click would end with 1
+            streams.give_up()
+            return READER_GONE
+        known = _known(error)
         if known is None:
             raise
         return failed(*known, as_json=as_json)
@@ -77,7 +81,7 @@ def guarded(run: Callable[[], object]) -> int:
     except BaseException as error:
         streams.give_up()
         if _reader_gone(error):
-            return 1
+            return READER_GONE
         known = _known(error)
         if known is not None:
             return failed(*known)
@@ -93,7 +97,7 @@ def _status(end: SystemExit) -> int:
 
 
 def _reader_gone(error: BaseException) -> bool:
-    """Whether nobody reads standard output any more, which is no failure."""
+    """Whether nobody reads standard output any more; that is no failure, so nothing is said."""
     written_by_polars = isinstance(error, OSError) or _of_polars(error)
     return isinstance(error, BrokenPipeError) or (written_by_polars and f"os error {errno.EPIPE})" in str(error))
 

@@ -33,6 +33,7 @@ SIMULATED_TRUTH = {
     **{f"p{a}": f"true_{a}" for a in "xyz"},
     **{f"v{a}": f"true_velocity_{a}" for a in "xyz"},
 }
+MEASURED_AS = {"p": "x", "v": "velocity_x"}  # roles whose units true positions and velocities may be in
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -231,7 +232,8 @@ def parse_truth(given: str | None, path: str) -> dict[str, str] | None:
 
 
 def true_values(path: str, row: np.ndarray, truth: Mapping[str, str]) -> Array:
-    """Columns of a file (N, c) at its rows."""
+    """Columns of a file (N, c) at its rows, in m and m/s: names with a unit say their own."""
+    from ..io.columns import normal, unit_of
     from ..io.files import open_table
 
     table = open_table(Path(path))
@@ -243,4 +245,8 @@ def true_values(path: str, row: np.ndarray, truth: Mapping[str, str]) -> Array:
     numbers = frame["row"].to_numpy()
     used = numbers <= row.max()
     at[numbers[used]] = np.flatnonzero(used)
-    return np.stack([frame[name].cast(float).fill_null(np.nan).to_numpy()[at[row]] for name in truth.values()], axis=1)
+    found = []
+    for component, name in truth.items():
+        unit = unit_of(MEASURED_AS[component[0]], normal(name)) or 1.0
+        found.append(unit * frame[name].cast(float).fill_null(np.nan).to_numpy()[at[row]])
+    return np.stack(found, axis=1)

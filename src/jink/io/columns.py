@@ -170,7 +170,7 @@ def _given_roles(file: str, names: Sequence[str], given: Mapping[str, str]) -> d
                 f"{file}: columns: {role} is given as column {name!r}, which does not exist{hint}\n"
                 f"  Found: {listed(names)}"
             )
-        roles[role] = Column(name, unit if unit is not None else _unit_of(role, normal(name)))
+        roles[role] = Column(name, unit if unit is not None else unit_of(role, normal(name)))
     return roles
 
 
@@ -197,7 +197,7 @@ def _find(role: str, usual: Mapping[str, str]) -> list[Column]:
     return found
 
 
-def _unit_of(role: str, name: str) -> float | None:
+def unit_of(role: str, name: str) -> float | None:
     """The unit that the name of a column given by the user carries, or the role's customary one."""
     for unit, factor in ROLES[role][0].items():
         if name.endswith("_" + unit):

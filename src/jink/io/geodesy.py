@@ -83,14 +83,15 @@ class SiteFrame:
             zero = np.broadcast_to(0.0, x.shape)
             latitude, longitude, convergence = native.geodesics_ahead(x, y, zero, zero, *self.beside(x), zero)
             return latitude, longitude, convergence, None
-        latitude, longitude, altitude = self._from_space(x, y, z)
+        latitude, longitude, altitude = self.from_space(x, y, z)
         return latitude, longitude, geodesics_between(*self.beside(x), latitude, longitude)[1], altitude
 
     def beside(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Latitude and longitude of the site, once for each row."""
         return np.broadcast_to(self.latitude, rows.shape), np.broadcast_to(self.longitude, rows.shape)
 
-    def _from_space(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def from_space(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Latitude, longitude (degrees) and altitude (m) of points (N,) in space, east, north and up."""
         from pyproj import Transformer
 
         to_space = Transformer.from_pipeline("+proj=cart +ellps=WGS84")

@@ -102,7 +102,7 @@ def _figure(line: dict[str, Any], name: str) -> str:
     origin = line[f"{name}_sd_from"]
     if f"{name}_sd_range" in line and origin == "estimated":
         low, high = (_short(factor * value) for value in line[f"{name}_sd_range"])
-        origin += f"; {low} to {high} {unit} by target"
+        origin += f"; {low} to {high} {unit} by target" if low != high else ""
     stated = line.get(f"{name}_sd_stated_rows")
     origin += f"; as the source states in {stated:,} rows" if stated else ""
     return f"{name.replace('_', ' ')} {_short(factor * line[f'{name}_sd'])} {unit} ({origin})"

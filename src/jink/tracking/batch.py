@@ -32,7 +32,7 @@ from .noise_level import parse_sensor_sd
 from .output import tracks_table
 from .plausibility import Finding, Seen, as_dicts, findings
 from .prepare import Group, Settings, prepare, sites_of
-from .resampling import parse_every, resampled
+from .resampling import noise_of_steps, parse_every, resampled
 from .sky_picture import SkyPicture
 from .stretches import ManoeuvresGoOn, Run, Stretched, pieces
 from .summary import reasons, summarise
@@ -40,6 +40,10 @@ from .unknown_height import TargetHeight
 from .unseen_heights import with_doubt
 
 Progress = Callable[[str, int, int], None]
+NOISE_OF_STEPS = (
+    "the noise of this filter is that of a step from row to row, and --every makes steps shorter, so its estimates are "
+    "others than those without it; that of imm, singer and csaf does not depend on rows"
+)
 F = TypeVar("F")  # a DataFrame of any library
 
 
@@ -301,6 +305,8 @@ def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) ->
     measured = tracks if settings.every is None else tracks.filter(pl.col("row").is_not_null())
     summary = summarise(loaded, cleaned, rejected, groups, measured, settings)
     summary |= {**settings.said(), "gap_seconds": prepared.pace.gap}
+    if settings.every is not None and any(noise_of_steps(group.filter) for group in groups):
+        summary["notes"].append(NOISE_OF_STEPS)
     return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
 
 

@@ -34,7 +34,7 @@ from .live_targets import OUTPUTS, Answered, Entry, Followed, Pool, answer_entri
 from .manoeuvring import Manoeuvres
 from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD
 from .output import tracks_table
-from .placing import Placed, lay
+from .placing import Placed, heights_at, lay
 from .prepare import Pace, Settings, choose
 from .unknown_height import TargetHeight, height_of, on_the_ground
 from .unseen_heights import with_unseen
@@ -89,7 +89,7 @@ class LiveTracks:
         third = next((name for name in THIRD if name in rows.columns), None)
         names = ["target", "time", "row", "speed", "measured", *PLANE[position], *([third] if third else [])]
         late = tomorrow() if measurements.absolute else math.inf
-        for index, row in enumerate(rows.select(names).iter_rows(named=True)):
+        for index, row in enumerate(self._heights(rows.select(names), position, third).iter_rows(named=True)):
             ready, reasons = self._in_order(row, rows, index, late)
             for waiting in ready:
                 reason = self._step(waiting, index, position, third)
@@ -99,6 +99,13 @@ class LiveTracks:
         self._clock(rows["time"])
         refused += [_refused(row, BACKWARDS, first) for row in self._forget()]
         return self._text(rows, measurements, third), self._refuse(refused, first)
+
+    def _heights(self, rows: pl.DataFrame, position: str, third: str | None) -> pl.DataFrame:
+        """The rows with altitudes of a radar's plots as heights at its site, which its filter measures."""
+        if position != "polar" or third != "altitude":
+            return rows
+        seen = (rows[name].to_numpy() for name in ("range", "azimuth", "altitude"))
+        return rows.with_columns(altitude=heights_at(self.settings.site, *seen))
 
     def finish(self) -> str:
         """Rejected rows that waited for others when the stream ended."""

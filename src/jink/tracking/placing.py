@@ -15,6 +15,7 @@ from ..io.stages import stage
 from ..models.observed import to_positions
 from .cleaning import changes
 
+EXACT = 0.01  # m: how well heights above the sphere of a site have the altitudes that were measured
 UNKNOWN_HEIGHT = 300.0  # m: how far the height may have been from the first one that was reported
 
 
@@ -117,13 +118,32 @@ def lay(
     else:
         first, second = column("range"), column("azimuth")
         names = ("range", "azimuth", third or "elevation")
-        if third == "altitude" and site is not None:
-            vertical = vertical - site.altitude
+        if third == "altitude":
+            vertical = heights_at(site, first, second, vertical)
     z = np.column_stack([first, second, vertical][:axes])
     plane, height = np.column_stack([first, second]), vertical
     if position == "polar":
         plane, height = _flat(z, names[:axes], site)
     return Placed(rows, time, np.ascontiguousarray(z), plane, height, new, axes, names[:axes], frame, sensors_named)
+
+
+def heights_at(site: SiteFrame | None, distance: np.ndarray, azimuth: np.ndarray, altitude: np.ndarray) -> np.ndarray:
+    """Heights (N,) above the sphere of a site that plots of such altitudes (m, above the ellipsoid) have.
+
+    A filter knows the sphere. Its height of a place far from the site is not the altitude: at 300 km they differ by
+    up to 24 m, which depends on the direction.
+    """
+    if site is None:
+        return altitude
+    height = altitude - site.altitude
+    for _ in range(5):
+        place = _flat(np.column_stack([distance, azimuth, height]), ("range", "azimuth", "altitude"), site)
+        *_, found = site.from_space(*place[0].T, place[1])
+        off = np.nan_to_num(altitude - found)
+        height = height + off
+        if not (np.abs(off) > EXACT).any():
+            break
+    return height
 
 
 def begin_with_height(placed: Placed, noise: RowNoise) -> None:

@@ -252,7 +252,8 @@ def _motion(targets: pl.DataFrame, name: str) -> Iterator[Finding]:
             fitting = min(slower, key=lambda other: KINDS[other].speed)
             likely, mend = "another kind of target", f"--kind {fitting} expects up to {KINDS[fitting].speed:g} m/s"
             if TOO_SLOW * kind.speed < 1000.0 * top <= TOO_FAST * kind.speed:
-                likely, mend = f"{likely}, or times in milliseconds", f"{mend}; --time-unit ms names the unit"
+                likely = f"{likely}, or times in milliseconds, or x and y in kilometres"
+                mend = f"{mend}; --time-unit ms or --columns x_km=NAME,y_km=NAME names the unit"
             yield Finding(
                 "too_slow",
                 f"none is faster than {top:.3g} m/s; a target of kind {name} reaches about {kind.speed:g} m/s",

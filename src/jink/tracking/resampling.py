@@ -6,10 +6,12 @@ A filter meets the even times as rows without a measurement, so a gap is bridged
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import polars as pl
 
+from .._engine import native
 from ..filters.row_noise import RowNoise
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
@@ -38,6 +40,21 @@ def parse_every(given: float | str | None) -> float | None:
     if np.isnan(value):
         raise InputError(f"every is {given!r}; expected a time such as 1s, 500ms or 1min")
     return value
+
+
+def noise_of_steps(filter: Any) -> bool:
+    """Is the process noise of a mode that of a step from row to row, so that rows between others change it?
+
+    It is where two steps from rest, F Q Fᵀ + Q, have another noise than one of twice the time.
+    """
+    return any(_of_steps(mode.native(filter.sensors[0].axes)) for mode in filter.motions if hasattr(mode, "native"))
+
+
+def _of_steps(mode: Any) -> bool:
+    states = len(mode.prior_variance)
+    x, P = np.zeros((2, states)), np.zeros((2, states, states))
+    _, F, Q = native.linearise_motion(mode, False, np.array([1.0, 2.0]), x, P, None)
+    return not np.allclose(F[0] @ Q[0] @ F[0].T + Q[0], Q[1], rtol=1e-6, atol=1e-12 * Q[1].max())
 
 
 def resampled(placed: Placed, covariance: RowNoise | None, step: float) -> Resampled:

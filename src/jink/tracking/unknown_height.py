@@ -1,7 +1,8 @@
 """Slant ranges of targets whose heights nobody reports: a height per target, unknown, with a prior of its kind.
 
-A radar sees a target at height h and ground range g at r = sqrt(g² + h²). Plots tell h hardly at all, so g is taken as
-its mean over the prior of h, and what is not known of it is an error along the line of sight that lasts.
+A radar sees a target at height h and ground range g at r² = h² + 4 R (R + h) sin²(g / 2R), R the radius of the earth.
+Plots tell h hardly at all, so g is taken as its mean over the prior of h, and what is not known of it is an error along
+the line of sight that lasts.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import polars as pl
 
+from ..catalogue.choose import EARTH_RADIUS
 from ..catalogue.targets import kind_of
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
@@ -57,8 +59,9 @@ class TargetHeight:
     def ground_range(self, slant: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean and variance (N,) of the range along the ground of slant ranges (N,), over the prior."""
         nodes, weights = np.polynomial.hermite_e.hermegauss(15)
-        height = np.clip(self.mean + self.sd * nodes, 0.0, None)
-        ground = np.sqrt(slant[:, None] ** 2 - np.minimum(height, STEEPEST * slant[:, None]) ** 2)
+        height = np.minimum(np.clip(self.mean + self.sd * nodes, 0.0, None), STEEPEST * slant[:, None])
+        chord = (slant[:, None] ** 2 - height**2) / (4.0 * EARTH_RADIUS * (EARTH_RADIUS + height))
+        ground = 2.0 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(chord, 1.0)))
         weights = weights / weights.sum()
         mean = ground @ weights
         return mean, np.maximum(ground**2 @ weights - mean**2, 0.0)
