@@ -18,7 +18,7 @@ from jink.catalogue.targets import KINDS
 from jink.cli.main import app
 from jink.io.errors import InputError
 from jink.scenarios import SCENARIOS
-from jink.tracking import plausibility
+from jink.tracking import noise_findings, plausibility, seen
 from jink.tracking.stretches import pieces
 
 COUNT = 120
@@ -57,10 +57,10 @@ def test_a_long_target_has_the_figures_of_a_group(rows, monkeypatch):
     tracks = jink.track(pl.concat([straight(target=name, seed=k) for k, name in enumerate("abc")]))
     parts = [tracks[: COUNT - 7], tracks[COUNT - 7 : 2 * COUNT + 7], tracks[2 * COUNT + 7 :]]
     table = pl.concat([parts[k] for k in rows])
-    expected = plausibility._by_target(table, KINDS["aircraft"])
-    monkeypatch.setattr(plausibility, "pieces", partial(pieces, most=COUNT // 2))
+    expected = seen._by_target(table, KINDS["aircraft"])
+    monkeypatch.setattr(seen, "pieces", partial(pieces, most=COUNT // 2))
     # a sum may round otherwise
-    assert_frame_equal(plausibility._by_target(table, KINDS["aircraft"]), expected, rel_tol=1e-15, abs_tol=0.0)
+    assert_frame_equal(seen._by_target(table, KINDS["aircraft"]), expected, rel_tol=1e-15, abs_tol=0.0)
 
 
 def test_too_fast_for_its_kind():
@@ -212,7 +212,7 @@ def test_columns_that_are_not_used_are_listed():
 
 
 def test_every_code_is_explained():
-    source = Path(plausibility.__file__).read_text(encoding="utf-8")
+    source = "".join(Path(each.__file__).read_text(encoding="utf-8") for each in (plausibility, noise_findings))
     page = (Path(__file__).parents[2] / "docs/warnings.md").read_text(encoding="utf-8")
     named = set(re.findall(r'"([a-z]+(?:_[a-z]+)*)"(?= if small| if several|,\n +f?")', source)) | {
         "noise_huge",

@@ -27,7 +27,7 @@ from ..models.tracks import Tracks
 from ..scenarios.observation import sensor_in_words
 from ..tracking.anonymous import is_anonymous
 from ..tracking.converted import in_metres
-from ..tracking.plausibility import NIS_MEAN
+from ..tracking.noise_findings import NIS_MEAN
 from ..tracking.prepare import Settings, prepare
 from .entrants import SUFFIX, Entrant, enter
 from .example import recorded_example

@@ -25,14 +25,16 @@ from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.projections import with_grid
 from ..io.rejected import together
 from .anonymous import Anonymous, is_anonymous, run_anonymous
+from .finding import Finding, as_dicts
 from .foretold import foretells_badly, strays
 from .lag import Lag
 from .manoeuvring import Manoeuvres, told_of
 from .noise_level import parse_sensor_sd
 from .output import tracks_table
-from .plausibility import Finding, Seen, as_dicts, findings
+from .plausibility import findings
 from .prepare import Group, Settings, prepare, sites_of
 from .resampling import noise_of_steps, parse_every, resampled
+from .seen import Seen
 from .sky_picture import SkyPicture
 from .stretches import ManoeuvresGoOn, Run, Stretched, pieces
 from .summary import reasons, summarise

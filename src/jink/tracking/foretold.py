@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 
 from ..filters.aided import Aided
-from .plausibility import NAMED, Finding
+from .finding import NAMED, Finding
 
 ROWS = 100  # foretold positions; of fewer nothing is said
 WORSE = 1.1  # times the root mean square error of the straight line

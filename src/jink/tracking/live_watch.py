@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from ..catalogue.targets import KINDS
 from ..estimate import Status
-from .plausibility import REJECTED, TOO_FAST
+from .plausibility import TOO_FAST
+from .seen import REJECTED
 
 ROWS = 20.0  # rows that are remembered; nothing is said before as many were measured
 KEPT = 1.0 - 1.0 / ROWS

@@ -15,9 +15,11 @@ import polars as pl
 
 from ..io.measurements import Measurements
 from ..io.rejected import SCHEMA
+from .finding import as_dicts
 from .output import NisCounts
-from .plausibility import Seen, as_dicts, findings
+from .plausibility import findings
 from .prepare import Known, Settings
+from .seen import Seen
 from .summary import in_the_plane, own_noise, plain, reasons, words_for
 
 SLIM = ("target", "part", "time", "status", "speed", "acceleration_x", "acceleration_y", "measured_x", "measured_y")
