@@ -213,3 +213,11 @@ def test_a_closed_stream_refuses_every_use():
 def test_a_range_over_the_targets_is_said_where_there_is_one(spread, said):
     line = {"position_sd": 20.0, "position_sd_from": "estimated", "position_sd_range": spread}
     assert next(_noise([{"source": "a.csv", **line}])).endswith(said)
+
+
+@unix
+def test_a_stream_that_is_no_json_says_what_it_reads(plots):
+    done = jink("track", "-", shell=f"< '{plots}'")
+    assert done.returncode == 2 and done.stderr.splitlines()[-1].endswith(
+        b"none of the 31 lines could be used; expected JSON Lines, and of other formats a file instead of -"
+    )
