@@ -213,3 +213,31 @@ def test_a_closed_stream_refuses_every_use():
 def test_a_range_over_the_targets_is_said_where_there_is_one(spread, said):
     line = {"position_sd": 20.0, "position_sd_from": "estimated", "position_sd_range": spread}
     assert next(_noise([{"source": "a.csv", **line}])).endswith(said)
+
+
+@unix
+def test_a_stream_that_is_no_json_says_what_it_reads(plots):
+    done = jink("track", "-", shell=f"< '{plots}'")
+    assert done.returncode == 2 and done.stderr.splitlines()[-1].endswith(
+        b"none of the 31 lines could be used; expected JSON Lines, and of other formats a file instead of -"
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("--site", "a=48,9,500", "--site", "b=49,9,100"), b"a stream takes one site"),
+        (("--site", "a=48,9,500"), b"a stream takes one site"),
+        (("--strict",), b"--strict is for a folder"),
+        (("--append",), b"--append is for a folder"),
+    ],
+)
+@unix
+def test_a_stream_refuses_what_it_would_leave_out(given, said, plots):
+    """Sites by name were left out without a word: plots of several radars shared one frame."""
+    plots.write_text(
+        '{"target": "a", "radar": "a", "time_s": 1, "range_km": 90, "azimuth_deg": 30, "altitude_m": 5000}\n'
+    )
+    done = jink("track", "-", *given, shell=f"< '{plots}'")
+    assert done.returncode == 2 and not done.stdout
+    one_line(done, 2, said.decode())

@@ -150,6 +150,13 @@ def test_filters_that_count_rows_predict_live(name, tmp_path):
     assert_allclose(got, want, rtol=1e-9, atol=1e-6)
 
 
+def test_positions_that_never_change_are_named(tmp_path, capsys):
+    path = tmp_path / "still.csv"
+    path.write_text("target,time_s,x_m,y_m\n" + "".join(f"A,{4 * k},5,6\n" for k in range(40)))
+    assert ask(scenario=str(path)) == 2
+    assert "the positions never change" in capsys.readouterr().err
+
+
 def test_a_file_without_the_needed_columns(tmp_path, capsys):
     path = tmp_path / "f.csv"
     path.write_text("a,b\n1,2\n")

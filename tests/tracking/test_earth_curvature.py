@@ -130,3 +130,27 @@ def test_a_stream_knows_how_high_its_radar_stands():
     for name in ("latitude", "longitude", "altitude", "z", "measured_z"):
         np.testing.assert_allclose([row[name] for row in rows], tracks[name].to_numpy(), rtol=1e-9)
     assert abs(rows[-1]["altitude"] - 11_000.0) < 5.0
+
+
+@pytest.mark.parametrize("third", ["altitude", "elevation_deg"])
+@pytest.mark.parametrize("some", [False, True], ids=["all", "some"])
+def test_plots_without_identity_use_their_heights(third, some):
+    """Altitudes were left out, and slant ranges taken along the ground: positions were 400 m off at 170 km."""
+    from pyproj import Geod
+
+    table, lat, lon = far_flight(170e3, noise=20.0)
+    radius, slant = SiteFrame(*SITE).earth_radius, table["range"]
+    high = radius + 11_000.0 - SITE[2]
+    table = table.with_columns(
+        elevation_deg=((high**2 - radius**2 - slant**2) / (2 * radius * slant)).arcsin().degrees()
+    )
+    known = np.arange(table.height) % 3 > 0 if some else np.ones(table.height, bool)
+    table = table.select("time", "range", "azimuth_deg", pl.when(pl.Series(known)).then(pl.col(third)).alias(third))
+    sd = {"range": 20.0, "azimuth_deg": 0.01, "altitude": 8.0, "elevation_deg": 0.01}
+    found = jink.track(table, site=SITE, sensor_sd=sd, anonymous={"detection": 0.95, "period": 4.0}, details=True)
+    assert any("without heights" in note for note in found.summary["notes"]) == some
+    tracks = found.tracks.filter(pl.col("row").is_not_null())
+    rows = tracks["row"].to_numpy()
+    *_, off = Geod(ellps="WGS84").inv(tracks["longitude"], tracks["latitude"], lon[rows], lat[rows])
+    assert np.median(off) < 30.0
+    assert ("altitude" in tracks.columns) == (not some)

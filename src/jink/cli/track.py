@@ -493,6 +493,7 @@ def _run_live(request: TrackRequest) -> int:
     from ..tracking.live import LiveTracks
     from ..tracking.stream import answer
 
+    _check_no_folder(request)
     if len(request.inputs) > 1:
         raise InputError("'-' stands alone: standard input cannot be tracked together with files")
     if anonymous_of(request) is not None:
@@ -592,10 +593,15 @@ def _run_timed(request: TrackRequest) -> int:
     return status
 
 
-def _run_files(request: TrackRequest, ledger: Any = None) -> int:
+def _check_no_folder(request: TrackRequest) -> None:
+    """Errors: InputError for options of archives, where none is written."""
     for given, option in ((request.append, "--append"), (request.strict, "--strict"), (request.cluster, "--cluster")):
         if given:
             raise InputError(f"{option} is for a folder of tracks: -o FOLDER/")
+
+
+def _run_files(request: TrackRequest, ledger: Any = None) -> int:
+    _check_no_folder(request)
     ahead.begin(request.inputs)
     from ..io.files import expand, name_of
     from ..io.spreadsheets import check_is_csv

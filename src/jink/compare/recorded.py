@@ -150,6 +150,8 @@ def race_on(
         if name != "raw":
             used &= np.isfinite(answer["prediction_score"]) & np.isfinite(answer["prediction_rmse"])
     if not used.any():
+        if (~recording.tracks.repeated[:, :2].all(axis=1)).sum() <= len(recording.tracks):  # the first of every part
+            raise InputError(f"{path}: the positions never change; there is nothing to compare")
         raise InputError(
             f"{path}: no row is predicted by all of these filters: {', '.join(answers)}; compare fewer of them"
         )

@@ -28,7 +28,7 @@ from ..io.loading import Loaded
 from ..io.measurements import DIMENSIONS, Measurements
 from ..io.rejected import together
 from ..models.radar import Radar
-from .anonymous_rows import placed_plots, placed_tracks, scans_of
+from .anonymous_rows import heights_above, placed_plots, placed_tracks, scans_of
 from .beliefs import Beliefs, Given, assumed
 from .manoeuvring import Manoeuvres, told
 from .output import tracks_table
@@ -40,6 +40,7 @@ from .unknown_height import height_of, on_the_ground
 
 SHARED = 0.3  # of the times: if so many are shared by several rows, a table without identity holds several targets
 APART = 0.05  # of what the table spans: rows of one time nearer to each other may be one target and a coarse clock
+IN_THE_PLANE = "heights are not used: some plots without identity have none, or they are places on the map"
 PASSES = 4  # at most, until what is believed changes by less than 5 %
 
 Progress = Callable[[str, int, int], None]
@@ -117,9 +118,12 @@ def run_anonymous(
     if not plots.rows.height:
         raise InputError("no plot is left: no row has a position")
     if plots.components == ("range", "azimuth"):
-        height, words = height_of(settings.target_height, settings.kind, measurements.named.get("range", ""), False)
-        plots = plots if height.is_ground else on_the_ground(plots, height)
+        name, above = measurements.named.get("range", ""), heights_above(plots)
+        height, words = height_of(settings.target_height, settings.kind, name, above is not None)
+        plots = plots if height.is_ground and above is None else on_the_ground(plots, height, above)
         measurements.notes += [words] if words else []
+    elif plots.axes == 2 and any(plots.rows[n].is_finite().any() for n in ("altitude", "z") if n in plots.rows.columns):
+        measurements.notes.append(IN_THE_PLANE)
     scans = scans_of(plots, how.period, how.sectors)
     believed, _ = beliefs_of(plots, scans, settings, how)
     found, filter, tracker = _pass(plots, scans, believed, settings, how, progress, True)

@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 
 from ..association.batch import Found, Scans, Turning
+from ..catalogue.choose import EARTH_RADIUS
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame, SiteFrame, lines_of_sight
 from ..io.kept import MARK
@@ -26,14 +27,27 @@ def placed_plots(measurements: Measurements, site: SiteFrame | None) -> Placed:
         .with_columns(target=pl.lit("0"), part=pl.lit(0, pl.Int32))
         .sort("time", maintain_order=True)
     )
-    third = {"cartesian": "z", "polar": "elevation", "geographic": None}[measurements.position]
-    if third is None or third not in rows.columns or not bool(rows[third].is_finite().all()):
-        third = None
+    wanted = {"cartesian": ("z",), "polar": ("elevation", "altitude"), "geographic": ()}[measurements.position]
+    third = next((name for name in wanted if name in rows.columns and rows[name].is_finite().all()), None)
     position = measurements.position
     if position == "geographic" and rows.height:
         site, rows = _in_the_plane(rows)
         position = "cartesian"
     return lay(rows, position, site, 3 if third else 2, third) if rows.height else _none(rows)
+
+
+def heights_above(plots: Placed) -> np.ndarray | None:
+    """How high above the radar the targets of plots (N,) are, NaN where a plot does not say it; None: no plot does."""
+    rows, slant = plots.rows, plots.z[:, 0]
+    low = plots.frame.altitude if isinstance(plots.frame, SiteFrame) else 0.0
+    above = np.full(rows.height, np.nan)
+    if "altitude" in rows.columns:
+        above = rows["altitude"].to_numpy() - low
+    if "elevation" in rows.columns:
+        up = slant * np.sin(rows["elevation"].to_numpy())
+        high = np.sqrt(slant**2 + EARTH_RADIUS * (EARTH_RADIUS + 2.0 * up)) - EARTH_RADIUS
+        above = np.where(np.isfinite(high), high, above)
+    return above if np.isfinite(above).any() else None
 
 
 def scans_of(plots: Placed, period: float | None, sectors: int | None = None) -> Scans:

@@ -18,6 +18,7 @@ import polars as pl
 
 from ..catalogue.targets import KINDS
 from ..estimate import Estimate
+from ..io.errors import InputError
 from ..io.evidence import distances
 from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
@@ -62,6 +63,8 @@ class LiveTracks:
 
     def __post_init__(self) -> None:
         scans_of(self.settings.lag)
+        if self.settings.sites:
+            raise InputError("site: a stream takes one site, without a name; give plots of several radars as a file")
         self.lines = Lines(self.reading, notes=self.notes)
         self.pace = Pace.of(0.0, self.settings)
         self.active: dict[str, Followed] = {}  # those that have a slot

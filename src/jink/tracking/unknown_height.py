@@ -59,12 +59,17 @@ class TargetHeight:
     def ground_range(self, slant: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean and variance (N,) of the range along the ground of slant ranges (N,), over the prior."""
         nodes, weights = np.polynomial.hermite_e.hermegauss(15)
-        height = np.minimum(np.clip(self.mean + self.sd * nodes, 0.0, None), STEEPEST * slant[:, None])
-        chord = (slant[:, None] ** 2 - height**2) / (4.0 * EARTH_RADIUS * (EARTH_RADIUS + height))
-        ground = 2.0 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(chord, 1.0)))
+        ground = along_the_ground(slant[:, None], np.clip(self.mean + self.sd * nodes, 0.0, None))
         weights = weights / weights.sum()
         mean = ground @ weights
         return mean, np.maximum(ground**2 @ weights - mean**2, 0.0)
+
+
+def along_the_ground(slant: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Ranges along the ground of slant ranges to targets so high above the radar (m)."""
+    height = np.minimum(height, STEEPEST * slant)
+    chord = (slant**2 - height**2) / (4.0 * EARTH_RADIUS * (EARTH_RADIUS + height))
+    return 2.0 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(chord, 1.0)))
 
 
 def is_slant(name: str) -> bool:
@@ -97,9 +102,16 @@ def height_of(given: TargetHeight | None, kind: str, name: str, others_have: boo
     )
 
 
-def on_the_ground(placed: Placed, height: TargetHeight) -> Placed:
-    """Ranges along the ground, and of each row the variance of what the unknown height leaves."""
-    mean, variance = height.ground_range(placed.z[:, 0])
+def on_the_ground(placed: Placed, height: TargetHeight, above: np.ndarray | None = None) -> Placed:
+    """Ranges along the ground, and of each row the variance of what the unknown height leaves.
+
+    above (N,): heights above the radar of the rows that have one, NaN of the others.
+    """
+    slant = placed.z[:, 0]
+    mean, variance = (slant, np.zeros(slant.size)) if height.is_ground else height.ground_range(slant)
+    if above is not None:
+        known = np.isfinite(above)
+        mean, variance = np.where(known, along_the_ground(slant, above), mean), np.where(known, 0.0, variance)
     z = placed.z.copy()
     z[:, 0] = mean
     plane = to_positions(z[:, :2], ("range", "azimuth"), (0.0, 0.0, 0.0), "north")
