@@ -30,7 +30,7 @@ struct ArrowArrayStream {
 };
 }
 
-namespace jink::text {
+namespace jink::inline JINK_LEVEL::text {
 
 // Holds one of them, and gives it back.
 template <class Struct> struct Held : Struct {
@@ -51,4 +51,4 @@ struct TextView {
     std::int32_t buffer, offset;
 };
 
-}  // namespace jink::text
+}  // namespace jink::inline JINK_LEVEL::text

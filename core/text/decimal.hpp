@@ -4,6 +4,7 @@
 // digits, of these the closest to x.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -11,7 +12,7 @@
 #include <cstring>
 #include <limits>
 
-namespace jink::text {
+namespace jink::inline JINK_LEVEL::text {
 
 using Wide = unsigned __int128;
 
@@ -54,6 +55,12 @@ struct TensTable {
 
 inline constexpr TensTable tens;
 
+constexpr auto tens_whole = [] {
+    std::array<std::uint64_t, 20> out{1};
+    for (int k = 1; k < 20; ++k) out[k] = 10 * out[k - 1];
+    return out;
+}();
+
 struct Decimal {  // digits 10^exponent
     std::uint64_t digits;
     int exponent;
@@ -81,15 +88,12 @@ template <class Real> Decimal shortest(Real value) {
     const Wide g = tens.g[-k - TensTable::first];
     const std::uint64_t from = round_to_odd(g, (4 * c - 2 + uneven) << shift) + odd, to = round_to_odd(g, (4 * c + 2) << shift) - odd;
     const std::uint64_t middle = round_to_odd(g, (4 * c) << shift), s = middle / 4;
-    if (s >= 10) {
-        const std::uint64_t tenth = s / 10;
-        const bool below = from <= 40 * tenth, above = 40 * tenth + 40 <= to;
-        if (below != above) return {tenth + above, k + 1};
-    }
-    const bool below = from <= 4 * s, above = 4 * s + 4 <= to;
-    if (below != above) return {s + above, k};
-    const std::uint64_t half = 4 * s + 2;
-    return {s + (middle > half || (middle == half && (s & 1))), k};
+    const std::uint64_t tenth = s / 10, half = 4 * s + 2;
+    const bool tenth_below = from <= 40 * tenth, tenth_above = 40 * tenth + 40 <= to, below = from <= 4 * s, above = 4 * s + 4 <= to;
+    // without branches, which nobody could predict
+    const bool fewer = (tenth_below != tenth_above) & (s >= 10), up = below != above ? above : (middle > half) | ((middle == half) & (s & 1));
+    const std::uint64_t mask = 0 - std::uint64_t(fewer);
+    return {((tenth + tenth_above) & mask) | ((s + up) & ~mask), k + fewer};
 }
 
 // Eight digits of a number below 10^8, the first in the lowest byte.
@@ -100,8 +104,10 @@ inline std::uint64_t eight_digits(std::uint64_t n) {
     return __builtin_bswap64(n);
 }
 
+constexpr std::uint64_t zeros = 0x3030303030303030;  // as text
+
 inline void put_eight(char *to, std::uint64_t digits) {
-    digits |= 0x3030303030303030ull;
+    digits |= zeros;
     std::memcpy(to, &digits, 8);
 }
 
@@ -125,38 +131,39 @@ inline char *put_whole(char *to, std::int64_t n) {
 
 // A finite number, with a point or an exponent: 1.0, 0.00012, 1e-7, 1.5e+22. Writes up to 40 bytes.
 template <class Real> char *put_real(char *to, Real value) {
-    if (std::signbit(value)) *to++ = '-', value = -value;
+    *to = '-', to += std::signbit(value), value = std::abs(value);
     if (value == 0) return std::memcpy(to, "0.0", 3), to + 3;
     const Decimal d = shortest(value);
-    char all[48] = {};
-    const std::uint64_t lead = d.digits / 10000000000000000ull;  // of 17 digits at most
-    const std::uint64_t high = eight_digits(d.digits / 100000000 % 100000000), low = eight_digits(d.digits % 100000000);
-    all[7] = char('0' + lead);
-    put_eight(all + 8, high), put_eight(all + 16, low);
-    const int begin = lead ? 7 : high ? 8 + std::countr_zero(high) / 8 : 16 + std::countr_zero(low) / 8;
-    const int end = low ? 24 - std::countl_zero(low) / 8 : high ? 16 - std::countl_zero(high) / 8 : 8;
-    const char *digits = all + begin;
-    const int count = end - begin, point = d.exponent + 24 - begin;  // digits before the point
+    // 17 digits, which most numbers have but for one
+    const bool all = d.digits >= tens_whole[16];
+    std::uint64_t digits = d.digits + (9 * d.digits & (std::uint64_t(all) - 1));
+    int point = d.exponent + 16 + all;  // digits before the point
+    for (; digits < tens_whole[16]; --point) digits *= 10;
+    const std::uint64_t rest = digits % tens_whole[16], high = eight_digits(rest / tens_whole[8]), low = eight_digits(rest % tens_whole[8]);
+    const char lead = char('0' + digits / tens_whole[16]);
+    const int count = 17 - (low ? std::countl_zero(low) : 64 + std::countl_zero(high)) / 8;  // without zeros at the end
+    const std::uint64_t tail[2] = {high | zeros, low | zeros};
+
     constexpr int longest = sizeof(Real) == 8 ? 16 : 13, least = sizeof(Real) == 8 ? -5 : -6;
-    if (0 < point && point <= longest) {
-        std::memcpy(to, "0000000000000000", 16);
-        if (count <= point) {
-            std::memcpy(to, digits, count), std::memcpy(to + point, ".0", 2);
-            return to + point + 2;
-        }
-        std::memcpy(to, digits, 17);
-        std::memmove(to + point + 1, digits + point, 17);
-        return to[point] = '.', to + count + 1;
-    }
-    if (least < point && point <= 0) {
+    const bool small = point <= 0;
+    if (least < point && point <= longest) {
         std::memcpy(to, "0.000000", 8);
-        std::memcpy(to + 2 - point, digits, 17);
-        return to + 2 - point + count;
+        to += small ? 2 - point : 0;
+        // the tail goes behind the point first, and what of it stands before the point over it
+        std::memcpy(to + 2 - small, tail, 16);
+        *to = lead;
+        const int word = point > 8, shift = small ? 0 : 8 * (point - 1 - 8 * word);
+        const std::uint64_t before = (1ull << shift) - 1, part = tail[word];
+        const std::uint64_t with_point = (part & before) | std::uint64_t('.') << shift | (part & ~before & ~(0xffull << 56)) << 8, kept = small ? part : with_point;
+        if (word) std::memcpy(to + 1, tail, 8);
+        std::memcpy(to + 1 + 8 * word, &kept, 8);
+        return to + (small ? count : 1 + std::max(count, point + 1));
     }
-    *to++ = digits[0];
-    if (count > 1) *to = '.', std::memcpy(to + 1, digits + 1, 16), to += count;
-    *to++ = 'e', *to++ = point > 0 ? '+' : '-';
+    to[0] = lead, to[1] = '.';
+    std::memcpy(to + 2, tail, 16);
+    to += count > 1 ? count + 1 : 1;
+    *to++ = 'e', *to++ = small ? '-' : '+';
     return put_whole(to, std::uint64_t(std::abs(point - 1)));
 }
 
-}  // namespace jink::text
+}  // namespace jink::inline JINK_LEVEL::text

@@ -3,15 +3,9 @@
 
 #include "text/decimal.hpp"
 
-namespace jink::text {
+namespace jink::inline JINK_LEVEL::text {
 
-// A number of so many digits at least.
-inline char *put_padded(char *to, std::uint64_t n, int digits) {
-    char text[24];
-    const int count = int(put_whole(text, n) - text);
-    for (; digits > count; --digits) *to++ = '0';
-    return std::memcpy(to, text, 24), to + count;
-}
+inline char *put_two(char *to, std::int64_t n) { return to[0] = char('0' + n / 10), to[1] = char('0' + n % 10), to + 2; }
 
 inline std::int64_t floor_divided(std::int64_t n, std::int64_t by) { return n / by - (n % by < 0); }
 
@@ -24,20 +18,22 @@ inline char *put_date(char *to, std::int64_t days) {
     const std::int64_t from_march = (5 * day_of_year + 2) / 153, month = from_march < 10 ? from_march + 3 : from_march - 9;
     const std::int64_t full_year = year + era * 400 + (month <= 2);
     if (full_year < 0 || full_year > 9999) *to++ = full_year < 0 ? '-' : '+';
-    to = put_padded(to, std::uint64_t(std::abs(full_year)), 4), *to++ = '-';
-    to = put_padded(to, std::uint64_t(month), 2), *to++ = '-';
-    return put_padded(to, std::uint64_t(day_of_year - (153 * from_march + 2) / 5 + 1), 2);
+    const std::int64_t shown = std::abs(full_year);
+    to = shown > 9999 ? put_whole(to, shown) : put_two(put_two(to, shown / 100), shown % 100), *to++ = '-';
+    to = put_two(to, month), *to++ = '-';
+    return put_two(to, day_of_year - (153 * from_march + 2) / 5 + 1);
 }
 
 // A moment in UTC, `unit` to a second, counted from 1970, to the microsecond below.
 inline char *put_time(char *to, std::int64_t value, std::int64_t unit) {
     const std::int64_t seconds = floor_divided(value, unit), days = floor_divided(seconds, 86400), second = seconds - days * 86400;
+    const std::int64_t rest = value % unit, micro = (rest < 0 ? rest + unit : rest) * 1'000'000 / unit;
     to = put_date(to, days), *to++ = 'T';
-    to = put_padded(to, std::uint64_t(second / 3600), 2), *to++ = ':';
-    to = put_padded(to, std::uint64_t(second / 60 % 60), 2), *to++ = ':';
-    to = put_padded(to, std::uint64_t(second % 60), 2), *to++ = '.';
-    to = put_padded(to, std::uint64_t((value - seconds * unit) * 1'000'000 / unit), 6);
+    to = put_two(to, second / 3600), *to++ = ':';
+    to = put_two(to, second / 60 % 60), *to++ = ':';
+    to = put_two(to, second % 60), *to++ = '.';
+    to = put_two(put_two(put_two(to, micro / 10000), micro / 100 % 100), micro % 100);
     return *to++ = 'Z', to;
 }
 
-}  // namespace jink::text
+}  // namespace jink::inline JINK_LEVEL::text

@@ -1,32 +1,26 @@
-#include <cstring>
-#include <stdexcept>
-
 #include "text/rows.hpp"
+
+#include <stdexcept>
 
 #include "text/decimal.hpp"
 #include "text/moments.hpp"
 
-namespace jink::text {
+namespace jink::inline JINK_LEVEL::text {
 
 namespace {
 
-constexpr std::size_t longest = 64;  // bytes of a value that is no text, with what is written past its end
-
-template <class N> N value(const ArrowArray &array, std::int64_t row) { return static_cast<const N *>(array.buffers[1])[row]; }
-
 bool bit(const void *bits, std::int64_t row) { return static_cast<const std::uint8_t *>(bits)[row >> 3] >> (row & 7) & 1; }
 
-std::uint64_t whole(char kind, const ArrowArray &array, std::int64_t row) {
-    switch (kind) {
-    case 'c': return std::uint64_t(value<std::int8_t>(array, row));
-    case 'C': return value<std::uint8_t>(array, row);
-    case 's': return std::uint64_t(value<std::int16_t>(array, row));
-    case 'S': return value<std::uint16_t>(array, row);
-    case 'i': return std::uint64_t(value<std::int32_t>(array, row));
-    case 'I': return value<std::uint32_t>(array, row);
-    default: return value<std::uint64_t>(array, row);
-    }
+bool known(const ArrowArray &array, std::int64_t row) { return !array.null_count || !array.buffers[0] || bit(array.buffers[0], row); }
+
+// The number of a categorical column's text.
+std::int64_t number(char kind, const void *numbers, std::int64_t row) {
+    if (kind == 'C') return static_cast<const std::uint8_t *>(numbers)[row];
+    if (kind == 'S') return static_cast<const std::uint16_t *>(numbers)[row];
+    return static_cast<const std::uint32_t *>(numbers)[row];
 }
+
+template <std::size_t N> char *word(char *to, const char (&text)[N]) { return std::memcpy(to, text, N - 1), to + N - 1; }
 
 // The kind of a column, or 0 if it is none that is written here.
 char kind_of(std::string_view format, std::int64_t &unit) {
@@ -49,7 +43,7 @@ Rows::Rows(ArrowArrayStream *stream, Format format, bool header) : stream_(strea
         Column column{};
         column.kind = kind_of(texts ? texts->format : child.format, column.unit);
         if (texts) column.numbers = child.format[0];
-        supported_ &= column.kind && (!texts || column.kind == 'v');
+        supported_ &= column.kind && (!texts || (column.kind == 'v' && std::strchr("CSI", column.numbers)));
         columns_.push_back(std::move(column));
     }
     supported_ &= schema.n_children > 0;
@@ -66,7 +60,7 @@ void Rows::begin(bool header, const ArrowSchema &schema) {
         quoted.resize(std::size_t(put_quoted(name, quoted.data()) - quoted.data()));
         names += (c ? "," : "") + quoted;
         columns_[c].before.set(json ? before + quoted + ":" : before);
-        fixed_ += std::max(columns_[c].before.size, Snippet::at_once) + longest;
+        fixed_ += std::max(columns_[c].before.size, Snippet::at_once) + sizeof(Cell);
     }
     if (header) names += '\n', made_.assign(names.begin(), names.end()), size_ = made_.size();
     made_.resize(std::max(size_, 2 * fixed_));
@@ -86,7 +80,7 @@ bool Rows::next_batch() {
     batch_.drop();
     if (stream_->get_next(stream_, &batch_)) throw std::runtime_error(stream_->get_last_error(stream_));
     if (!batch_.release) return false;
-    row_ = 0;
+    row_ = made_until_ = 0;
     for (std::size_t c = 0; c < columns_.size(); ++c) {
         columns_[c].array = batch_.children[c];
         columns_[c].offset = batch_.offset + batch_.children[c]->offset;
@@ -98,36 +92,74 @@ bool Rows::next_batch() {
 bool Rows::next_row() {
     while (!batch_.release || row_ == batch_.length)
         if (!next_batch()) return false;
+    if (row_ == made_until_) {
+        made_until_ = std::min(row_ + Column::stretch, batch_.length);
+        for (Column &column : columns_) make_cells(column);
+    }
     char *to = made_.data();
-    for (Column &column : columns_) to = put(column, column.before.put(to));
+    for (Column &column : columns_) {
+        to = column.before.put(to);
+        const Cell &cell = column.cells[std::size_t(row_ % Column::stretch)];
+        if (column.kind == 'v') to = put_text(column, to);
+        else std::memcpy(to, cell.text, sizeof cell.text), to += cell.size;
+    }
     if (format_ == Format::json) *to++ = '}';
     *to++ = '\n';
     ++row_, at_ = 0, size_ = std::size_t(to - made_.data());
     return true;
 }
 
-char *Rows::put(Column &column, char *to) {
+template <class N, class Put> void Rows::make_each(Column &column, Put put) {
     const ArrowArray &array = *column.array;
-    const std::int64_t row = column.offset + row_;
-    const bool json = format_ == Format::json;
-    const auto word = [&](const char *text) { return std::memcpy(to, text, std::strlen(text)), to + std::strlen(text); };
-    const auto real = [&](auto x) { return std::isfinite(x) ? put_real(to, x) : word(json ? "null" : std::isnan(x) ? "NaN" : x > 0 ? "inf" : "-inf"); };
-    if (column.kind == 'n' || (array.buffers[0] && array.null_count && !bit(array.buffers[0], row))) return json ? word("null") : to;
-    switch (column.kind) {
-    case 'g': return real(value<double>(array, row));
-    case 'f': return real(value<float>(array, row));
-    case 'b': return word(bit(array.buffers[1], row) ? "true" : "false");
-    case 't': return put_moment(column, to, value<std::int64_t>(array, row));
-    case 'D': return put_moment(column, to, value<std::int32_t>(array, row));
-    case 'v':
-        if (!column.numbers) return put_text(column, array, row, to);
-        return put_text(column, *array.dictionary, array.dictionary->offset + std::int64_t(whole(column.numbers, array, row)), to);
-    case 'c': case 's': case 'i': case 'l': return put_whole(to, std::int64_t(whole(column.kind, array, row)));
-    default: return put_whole(to, whole(column.kind, array, row));
+    for (std::int64_t row = row_; row < made_until_; ++row) {
+        Cell &cell = column.cells[std::size_t(row % Column::stretch)];
+        char *to = cell.text;
+        const std::int64_t at = column.offset + row;
+        if (column.kind != 'n' && known(array, at)) {
+            if constexpr (std::is_same_v<N, bool>) to = put(to, bit(array.buffers[1], at));
+            else to = put(to, static_cast<const N *>(array.buffers[1])[at]);
+        } else if (format_ == Format::json) to = word(to, "null");
+        cell.size = std::uint8_t(to - cell.text);
     }
 }
 
-char *Rows::put_text(Column &column, const ArrowArray &texts, std::int64_t row, char *to) {
+void Rows::make_cells(Column &column) {
+    const bool json = format_ == Format::json;
+    const auto whole = [](char *to, auto n) {
+        using Widest = std::conditional_t<std::is_signed_v<decltype(n)>, std::int64_t, std::uint64_t>;
+        return put_whole(to, Widest(n));
+    };
+    const auto real = [json](char *to, auto x) {
+        if (std::isfinite(x)) return put_real(to, x);
+        return json ? word(to, "null") : std::isnan(x) ? word(to, "NaN") : x > 0 ? word(to, "inf") : word(to, "-inf");
+    };
+    const auto moment = [json, &column](char *to, auto n) {
+        if (json) *to++ = '"';
+        to = column.kind == 'D' ? put_date(to, n) : put_time(to, n, column.unit);
+        return *to = '"', to + json;
+    };
+    switch (column.kind) {
+    case 'g': return make_each<double>(column, real);
+    case 'f': return make_each<float>(column, real);
+    case 'c': return make_each<std::int8_t>(column, whole);
+    case 'C': return make_each<std::uint8_t>(column, whole);
+    case 's': return make_each<std::int16_t>(column, whole);
+    case 'S': return make_each<std::uint16_t>(column, whole);
+    case 'i': return make_each<std::int32_t>(column, whole);
+    case 'I': return make_each<std::uint32_t>(column, whole);
+    case 'l': return make_each<std::int64_t>(column, whole);
+    case 'L': return make_each<std::uint64_t>(column, whole);
+    case 'D': return make_each<std::int32_t>(column, moment);
+    case 't': return make_each<std::int64_t>(column, moment);
+    case 'n': case 'b': return make_each<bool>(column, [](char *to, bool yes) { return yes ? word(to, "true") : word(to, "false"); });
+    }
+}
+
+char *Rows::put_text(Column &column, char *to) {
+    const ArrowArray &array = *column.array, &texts = column.numbers ? *array.dictionary : array;
+    std::int64_t row = column.offset + row_;
+    if (!known(array, row)) return format_ == Format::json ? word(to, "null") : to;
+    if (column.numbers) row = texts.offset + number(column.numbers, array.buffers[1], row);
     const TextView &view = static_cast<const TextView *>(texts.buffers[1])[row];
     if (column.repeats && !std::memcmp(&view, &column.last, sizeof view)) return column.written.put(room(std::max(column.written.size, Snippet::at_once), to));
     const char *from = view.size <= 12 ? view.head : static_cast<const char *>(texts.buffers[2 + view.buffer]) + view.offset;
@@ -135,13 +167,6 @@ char *Rows::put_text(Column &column, const ArrowArray &texts, std::int64_t row, 
     char *end = put_quoted({from, std::size_t(view.size)}, to);
     column.last = view, column.written.set({to, std::size_t(end - to)}), column.repeats = true;
     return end;
-}
-
-char *Rows::put_moment(const Column &column, char *to, std::int64_t value) const {
-    if (format_ == Format::json) *to++ = '"';
-    to = column.kind == 'D' ? put_date(to, value) : put_time(to, value, column.unit);
-    if (format_ == Format::json) *to++ = '"';
-    return to;
 }
 
 // In JSON always in quotes, in CSV where it must be. Writes 6 bytes a byte and 2 more at most.
@@ -178,4 +203,4 @@ char *Rows::room(std::size_t size, char *to) {
     return made_.data() + used;
 }
 
-}  // namespace jink::text
+}  // namespace jink::inline JINK_LEVEL::text

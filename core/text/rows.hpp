@@ -2,13 +2,15 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "text/arrow.hpp"
 
-namespace jink::text {
+namespace jink::inline JINK_LEVEL::text {
 
 enum class Format { json, csv };
 
@@ -29,13 +31,22 @@ struct Snippet {
     }
 };
 
+// What a value that is no text becomes.
+struct Cell {
+    char text[47];
+    std::uint8_t size;
+};
+
 struct Column {
+    static constexpr std::int64_t stretch = 32;  // rows whose cells are made at once, a column after the other
+
     char kind;             // first letter of Arrow's format; D is a date
     std::int64_t unit;     // of a moment: how many a second
     char numbers;          // kind of the numbers of a categorical column's texts, or 0
     Snippet before;        // a value: the comma, the key
     const ArrowArray *array;
     std::int64_t offset;   // of the batch's first row
+    std::array<Cell, stretch> cells;
     TextView last;         // the text before,
     Snippet written;       // what was made of it,
     bool repeats;          // and whether both are of this batch
@@ -54,9 +65,9 @@ private:
     void begin(bool header, const ArrowSchema &schema);
     bool next_batch();
     bool next_row();
-    char *put(Column &column, char *to);
-    char *put_text(Column &column, const ArrowArray &texts, std::int64_t row, char *to);
-    char *put_moment(const Column &column, char *to, std::int64_t value) const;
+    void make_cells(Column &column);
+    template <class N, class Put> void make_each(Column &column, Put put);
+    char *put_text(Column &column, char *to);
     char *put_quoted(std::string_view text, char *to) const;
     char *room(std::size_t size, char *to);
 
@@ -65,10 +76,10 @@ private:
     bool supported_ = true;
     std::vector<Column> columns_;
     Held<ArrowArray> batch_;
-    std::int64_t row_ = 0;
+    std::int64_t row_ = 0, made_until_ = 0;  // of the batch: the next row, and the end of the cells
     std::size_t fixed_ = 0;          // bytes of a row besides its texts, at most
     std::vector<char> made_;         // a row,
     std::size_t size_ = 0, at_ = 0;  // its bytes, and how many are handed over
 };
 
-}  // namespace jink::text
+}  // namespace jink::inline JINK_LEVEL::text

@@ -4,6 +4,7 @@ from typing import Annotated, overload
 
 import numpy
 from numpy.typing import NDArray
+from typing_extensions import CapsuleType
 
 class Status(enum.Enum):
     """What became of a row: the numbers of jink.Status."""
@@ -594,6 +595,17 @@ def laid(
     first: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order="C", device="cpu", writable=False)],
     table: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu")],
 ) -> None: ...
+
+class TextFormat(enum.Enum):
+    json = 0
+
+    csv = 1
+
+class TextRows:
+    def __init__(self, stream: CapsuleType, format: TextFormat, header: bool) -> None: ...
+    @property
+    def supported(self) -> bool: ...
+    def fill(self, to: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order="C", device="cpu")]) -> int: ...
 
 lanes: int = 8
 

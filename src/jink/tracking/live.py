@@ -22,7 +22,7 @@ from ..io.evidence import distances
 from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
 from ..io.measurements import Measurements
-from ..io.writing import plain_times
+from ..io.text_tables import plain_times
 from .cleaning import STALE_SPEED, STALE_SPEED_AT_END, measured_rows
 from .ground import least_heights
 from .live_lagged import OUTPUTS as LAGGED

@@ -25,7 +25,7 @@ from ..io.conventions import Conventions
 from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
 from ..io.projections import with_grid
-from ..io.writing import plain_times
+from ..io.text_tables import plain_times
 from ..models.provenance import VERSION
 from ..times import Time, moment
 from .lag import Lag

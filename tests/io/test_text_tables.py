@@ -11,10 +11,10 @@ from decimal import Decimal
 import polars as pl
 import pytest
 from hypothesis import given
+from jink.io.small_writes import BYTES, ROWS, write_csv, write_json_lines
 from polars.testing.parametric import dataframes
 
 from jink.io import small_writes
-from jink.io.small_writes import BYTES, ROWS, write_csv, write_json_lines
 
 ODD = [
     *(0.0, -0.0, 5e-324, -2.2250738585072014e-308, 1.7976931348623157e308, 1e-7, 0.1, 1 / 3, 1e22, 123456789.125),

@@ -1,0 +1,59 @@
+"""Text tables into an open file: CSV and JSON Lines.
+
+The engine makes the text. Columns of kinds that it does not write (lists, durations) make polars write the table.
+
+polars hands over 32 MB of JSON Lines at a time. Linux then looks for free pages that are as large, and where memory is
+in pieces this can cost more than making the text. So both write little at a time.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import IO
+
+import numpy as np
+import polars as pl
+
+from .._engine import native
+
+BYTES = 1 << 18  # of one write
+ROWS = 1 << 14  # that polars makes at a time
+
+
+def write_csv(table: pl.DataFrame, handle: IO[bytes], *, header: bool = True) -> None:
+    """Write rows as CSV; nulls are empty, date-times as `plain_times` has them."""
+    if not _written(table, handle, native.TextFormat.csv, header):
+        for start in range(0, max(table.height, 1), ROWS):
+            text = io.BytesIO()
+            plain_times(table.slice(start, ROWS)).write_csv(text, include_header=header and start == 0)
+            _hand_on(text.getbuffer(), handle)
+
+
+def write_json_lines(table: pl.DataFrame, handle: IO[bytes]) -> None:
+    """Write rows as JSON Lines; numbers that JSON lacks are null, date-times as `plain_times` has them."""
+    if not _written(table, handle, native.TextFormat.json, False):
+        for start in range(0, table.height, ROWS):
+            text = io.BytesIO()
+            plain_times(table.slice(start, ROWS)).write_ndjson(text)
+            _hand_on(text.getbuffer(), handle)
+
+
+def plain_times(table: pl.DataFrame) -> pl.DataFrame:
+    """Date-times as ISO 8601 in UTC with a Z, which every reader understands."""
+    times = [name for name, kind in table.schema.items() if isinstance(kind, pl.Datetime)]
+    return table.with_columns(pl.col(name).dt.strftime("%Y-%m-%dT%H:%M:%S%.6fZ") for name in times)
+
+
+def _written(table: pl.DataFrame, handle: IO[bytes], form: native.TextFormat, header: bool) -> bool:
+    """Whether the engine has written the rows: it writes all or, if it lacks a kind, none."""
+    rows = native.TextRows(table.__arrow_c_stream__(), form, header)
+    if rows.supported:
+        held = np.empty(BYTES, np.uint8)
+        while size := rows.fill(held):
+            handle.write(held.data[:size])
+    return rows.supported
+
+
+def _hand_on(text: memoryview, handle: IO[bytes]) -> None:
+    for start in range(0, len(text), BYTES):
+        handle.write(text[start : start + BYTES])
