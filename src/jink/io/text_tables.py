@@ -17,24 +17,26 @@ import polars as pl
 from .._engine import native
 
 BYTES = 1 << 18  # of one write
-ROWS = 1 << 14  # that polars makes at a time
+ROWS = 1 << 14  # made at a time: columns in other pieces than the rest of their table are copied on the way
 
 
 def write_csv(table: pl.DataFrame, handle: IO[bytes], *, header: bool = True) -> None:
     """Write rows as CSV; nulls are empty, date-times as `plain_times` has them."""
-    if not _written(table, handle, native.TextFormat.csv, header):
-        for start in range(0, max(table.height, 1), ROWS):
+    for start in range(0, max(table.height, 1), ROWS):
+        part, first = table.slice(start, ROWS), header and start == 0
+        if not _written(part, handle, native.TextFormat.csv, first):
             text = io.BytesIO()
-            plain_times(table.slice(start, ROWS)).write_csv(text, include_header=header and start == 0)
+            plain_times(part).write_csv(text, include_header=first)
             _hand_on(text.getbuffer(), handle)
 
 
 def write_json_lines(table: pl.DataFrame, handle: IO[bytes]) -> None:
     """Write rows as JSON Lines; numbers that JSON lacks are null, date-times as `plain_times` has them."""
-    if not _written(table, handle, native.TextFormat.json, False):
-        for start in range(0, table.height, ROWS):
+    for start in range(0, table.height, ROWS):
+        part = table.slice(start, ROWS)
+        if not _written(part, handle, native.TextFormat.json):
             text = io.BytesIO()
-            plain_times(table.slice(start, ROWS)).write_ndjson(text)
+            plain_times(part).write_ndjson(text)
             _hand_on(text.getbuffer(), handle)
 
 
@@ -44,8 +46,8 @@ def plain_times(table: pl.DataFrame) -> pl.DataFrame:
     return table.with_columns(pl.col(name).dt.strftime("%Y-%m-%dT%H:%M:%S%.6fZ") for name in times)
 
 
-def _written(table: pl.DataFrame, handle: IO[bytes], form: native.TextFormat, header: bool) -> bool:
-    """Whether the engine has written the rows: it writes all or, if it lacks a kind, none."""
+def _written(table: pl.DataFrame, handle: IO[bytes], form: native.TextFormat, header: bool = False) -> bool:
+    """Write rows with the engine, or nothing if it lacks a kind; whether it did."""
     rows = native.TextRows(table.__arrow_c_stream__(), form, header)
     if rows.supported:
         held = np.empty(BYTES, np.uint8)
