@@ -142,27 +142,26 @@ template <class Real> char *put_real(char *to, Real value) {
     const std::uint64_t rest = digits % tens_whole[16], high = eight_digits(rest / tens_whole[8]), low = eight_digits(rest % tens_whole[8]);
     const char lead = char('0' + digits / tens_whole[16]);
     const int count = 17 - (low ? std::countl_zero(low) : 64 + std::countl_zero(high)) / 8;  // without zeros at the end
-    const std::uint64_t tail[2] = {high | zeros, low | zeros};
 
     constexpr int longest = sizeof(Real) == 8 ? 16 : 13, least = sizeof(Real) == 8 ? -5 : -6;
-    const bool small = point <= 0;
-    if (least < point && point <= longest) {
-        std::memcpy(to, "0.000000", 8);
-        to += small ? 2 - point : 0;
-        // the tail goes behind the point first, and what of it stands before the point over it
-        std::memcpy(to + 2 - small, tail, 16);
-        *to = lead;
-        const int word = point > 8, shift = small ? 0 : 8 * (point - 1 - 8 * word);
-        const std::uint64_t before = (1ull << shift) - 1, part = tail[word];
-        const std::uint64_t with_point = (part & before) | std::uint64_t('.') << shift | (part & ~before & ~(0xffull << 56)) << 8, kept = small ? part : with_point;
-        if (word) std::memcpy(to + 1, tail, 8);
-        std::memcpy(to + 1 + 8 * word, &kept, 8);
-        return to + (small ? count : 1 + std::max(count, point + 1));
+    if (least < point && point <= 0) {
+        std::memcpy(to, "0.000000", 8), to += 2 - point;
+        *to = lead, put_eight(to + 1, high), put_eight(to + 9, low);
+        return to + count;
     }
-    to[0] = lead, to[1] = '.';
-    std::memcpy(to + 2, tail, 16);
+    // the rest goes behind the point first, and what of it stands before the point over it
+    to[0] = lead, to[1] = '.', put_eight(to + 2, high), put_eight(to + 10, low);
+    if (0 < point && point <= longest) {
+        const bool second = point > 8;
+        if (second) put_eight(to + 1, high);
+        const int shift = 8 * (point - 1 - 8 * second);
+        const std::uint64_t part = (second ? low : high) | zeros, before = (1ull << shift) - 1;
+        const std::uint64_t with_point = (part & before) | std::uint64_t('.') << shift | (part & ~before) << 8;
+        std::memcpy(to + 1 + 8 * second, &with_point, 8);
+        return to + 1 + std::max(count, point + 1);
+    }
     to += count > 1 ? count + 1 : 1;
-    *to++ = 'e', *to++ = small ? '-' : '+';
+    *to++ = 'e', *to++ = point > 0 ? '+' : '-';
     return put_whole(to, std::uint64_t(std::abs(point - 1)));
 }
 
