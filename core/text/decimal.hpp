@@ -96,12 +96,19 @@ template <class Real> Decimal shortest(Real value) {
     return {((tenth + tenth_above) & mask) | ((s + up) & ~mask), k + fewer};
 }
 
-// Eight digits of a number below 10^8, the first in the lowest byte.
-inline std::uint64_t eight_digits(std::uint64_t n) {
-    n += ((1ull << 32) - 10000) * ((n * 0x68db8bb) >> 40);
-    n += ((1ull << 16) - 100) * (((n * 0x147b) >> 19) & 0x7f0000007full);
-    n += ((1ull << 8) - 10) * (((n * 0x67) >> 10) & 0xf000f000f000full);
-    return __builtin_bswap64(n);
+// Sixteen digits of two numbers below 10^8, the first in the lowest byte.
+struct Digits {
+    std::uint64_t high, low;
+};
+
+inline Digits digits_of(std::uint64_t high, std::uint64_t low) {
+    using Fours = std::uint32_t __attribute__((vector_size(16)));
+    using Twos = std::uint16_t __attribute__((vector_size(16)));
+    const auto halved = [](std::uint64_t n) { return (n << 32) - ((10000ull << 32) - 1) * ((n * 0x68db8bb) >> 40); };
+    const Digits split{halved(high), halved(low)};
+    const auto fours = std::bit_cast<Fours>(split);
+    const auto twos = std::bit_cast<Twos>((fours << 16) - ((100u << 16) - 1) * ((fours * 0x147b) >> 19));
+    return std::bit_cast<Digits>((twos << 8) - std::uint16_t((10 << 8) - 1) * ((twos * 0x67) >> 10));
 }
 
 constexpr std::uint64_t zeros = 0x3030303030303030;  // as text
@@ -111,17 +118,14 @@ inline void put_eight(char *to, std::uint64_t digits) {
     std::memcpy(to, &digits, 8);
 }
 
-// Up to 20 digits; the end of them. Writes up to 24 bytes.
+// Up to 20 digits; the end of them. Writes up to 7 bytes more.
 inline char *put_whole(char *to, std::uint64_t n) {
     if (n < 10) return *to = char('0' + n), to + 1;
-    char all[24];
-    put_eight(all, eight_digits(n / 10000000000000000ull));
-    put_eight(all + 8, eight_digits(n / 100000000 % 100000000));
-    put_eight(all + 16, eight_digits(n % 100000000));
-    int skip = n < 100000000 ? 16 : n < 10000000000000000ull ? 8 : 0;
-    while (all[skip] == '0') ++skip;
-    std::memcpy(to, all + skip, 24 - skip);
-    return to + 24 - skip;
+    if (n >= tens_whole[8]) return to = put_whole(to, n / tens_whole[8]), put_eight(to, digits_of(n % tens_whole[8], 0).high), to + 8;
+    const std::uint64_t digits = digits_of(n, 0).high;
+    const int skipped = std::countr_zero(digits) / 8;
+    put_eight(to, (digits | zeros) >> 8 * skipped);
+    return to + 8 - skipped;
 }
 
 inline char *put_whole(char *to, std::int64_t n) {
@@ -139,8 +143,9 @@ template <class Real> char *put_real(char *to, Real value) {
     std::uint64_t digits = d.digits + (9 * d.digits & (std::uint64_t(all) - 1));
     int point = d.exponent + 16 + all;  // digits before the point
     for (; digits < tens_whole[16]; --point) digits *= 10;
-    const std::uint64_t rest = digits % tens_whole[16], high = eight_digits(rest / tens_whole[8]), low = eight_digits(rest % tens_whole[8]);
-    const char lead = char('0' + digits / tens_whole[16]);
+    const std::uint64_t first = digits / tens_whole[8], second = digits % tens_whole[8];  // 9 and 8
+    const char lead = char('0' + first / tens_whole[8]);
+    const auto [high, low] = digits_of(first % tens_whole[8], second);
     const int count = 17 - (low ? std::countl_zero(low) : 64 + std::countl_zero(high)) / 8;  // without zeros at the end
 
     constexpr int longest = sizeof(Real) == 8 ? 16 : 13, least = sizeof(Real) == 8 ? -5 : -6;
@@ -152,12 +157,12 @@ template <class Real> char *put_real(char *to, Real value) {
     // the rest goes behind the point first, and what of it stands before the point over it
     to[0] = lead, to[1] = '.', put_eight(to + 2, high), put_eight(to + 10, low);
     if (0 < point && point <= longest) {
-        const bool second = point > 8;
-        if (second) put_eight(to + 1, high);
-        const int shift = 8 * (point - 1 - 8 * second);
-        const std::uint64_t part = (second ? low : high) | zeros, before = (1ull << shift) - 1;
+        const bool late = point > 8;
+        if (late) put_eight(to + 1, high);
+        const int shift = 8 * (point - 1 - 8 * late);
+        const std::uint64_t part = (late ? low : high) | zeros, before = (1ull << shift) - 1;
         const std::uint64_t with_point = (part & before) | std::uint64_t('.') << shift | (part & ~before) << 8;
-        std::memcpy(to + 1 + 8 * second, &with_point, 8);
+        std::memcpy(to + 1 + 8 * late, &with_point, 8);
         return to + 1 + std::max(count, point + 1);
     }
     to += count > 1 ? count + 1 : 1;
