@@ -119,9 +119,9 @@ def test_every_power_of_two_and_its_neighbours_come_back():
 def test_moments_before_and_after_the_years_of_four_digits():
     days = [-800_000, -719_529, -719_528, -1, 0, 11_016, 2_932_896, 2_932_897, 3_000_000]
     table = pl.DataFrame({"day": pl.Series(days, dtype=pl.Int32).cast(pl.Date)})
-    for unit, ticks in (("ms", 10**3), ("us", 10**6)):
-        moments = pl.Series([day * 86400 * ticks + k for k, day in enumerate(days)]).cast(pl.Datetime(unit))
-        table = table.with_columns(moments.alias(unit))
+    for kind, ticks in ((pl.Datetime("ms"), 10**3), (pl.Datetime("us"), 10**6)):
+        moments = pl.Series([day * 86400 * ticks + k for k, day in enumerate(days)]).cast(kind)
+        table = table.with_columns(moments.alias(str(ticks)))
     assert written(table) and lines_of(table) == at_once(table)
 
 
@@ -156,6 +156,14 @@ def test_any_text_and_any_key_comes_back():
     table = pl.DataFrame({'k"\\\n': TEXTS, "é": TEXTS})
     rows = [json.loads(line) for line in lines_of(table).splitlines()]
     assert rows == table.to_dicts() and [list(row) for row in rows] == [table.columns] * len(TEXTS)
+
+
+def test_names_with_a_nul_are_written_as_well():
+    flat = pl.DataFrame({"a\0b": [1, None], "c": pl.Series(["d\0e", None], dtype=pl.Enum(["d\0e"]))})
+    nested = flat.select(pl.struct(pl.all()).alias("f"))
+    for table in (flat, nested, flat.select("c")):
+        assert lines_of(table) == at_once(table)
+    assert csv_of(flat) == flat.write_csv().encode()
 
 
 def test_values_of_other_kinds():

@@ -40,6 +40,13 @@ def write_json_lines(table: pl.DataFrame, handle: IO[bytes]) -> None:
             _hand_on(text.getbuffer(), handle)
 
 
+def json_lines(table: pl.DataFrame) -> str:
+    """The text that `write_json_lines` writes."""
+    text = io.BytesIO()
+    write_json_lines(table, text)
+    return text.getvalue().decode()
+
+
 def plain_times(table: pl.DataFrame) -> pl.DataFrame:
     """Date-times as ISO 8601 in UTC with a Z, which every reader understands."""
     times = [name for name, kind in table.schema.items() if isinstance(kind, pl.Datetime)]
@@ -48,6 +55,9 @@ def plain_times(table: pl.DataFrame) -> pl.DataFrame:
 
 def _written(table: pl.DataFrame, handle: IO[bytes], form: native.TextFormat, header: bool = False) -> bool:
     """Write rows with the engine, or nothing if it lacks a kind; whether it did."""
+    # polars ends the process where a name has a NUL that Arrow's names cannot have
+    if "\0" in "".join(table.columns) or any(kind.is_nested() for kind in table.schema.values()):
+        return False
     rows = native.TextRows(table.__arrow_c_stream__(), form, header)
     if rows.supported:
         held = np.empty(BYTES, np.uint8)
