@@ -4,7 +4,6 @@ from typing import Annotated, overload
 
 import numpy
 from numpy.typing import NDArray
-from typing_extensions import CapsuleType
 
 class Status(enum.Enum):
     """What became of a row: the numbers of jink.Status."""
@@ -602,7 +601,7 @@ class TextFormat(enum.Enum):
     csv = 1
 
 class TextRows:
-    def __init__(self, stream: CapsuleType, format: TextFormat, header: bool) -> None: ...
+    def __init__(self, table: object, format: TextFormat, header: bool) -> None: ...
     @property
     def supported(self) -> bool: ...
     def fill(self, to: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order="C", device="cpu")]) -> int: ...

@@ -66,7 +66,7 @@ def csv_of(table):
 
 
 def written(table):
-    return native.TextRows(table.__arrow_c_stream__(), native.TextFormat.csv, False).supported
+    return native.TextRows(table, native.TextFormat.csv, False).supported
 
 
 @given(dataframes(min_cols=1, max_cols=6, max_size=80, allowed_dtypes=WRITTEN))

@@ -58,7 +58,7 @@ def _written(table: pl.DataFrame, handle: IO[bytes], form: native.TextFormat, he
     # polars ends the process where a name has a NUL that Arrow's names cannot have
     if "\0" in "".join(table.columns) or any(kind.is_nested() for kind in table.schema.values()):
         return False
-    rows = native.TextRows(table.__arrow_c_stream__(), form, header)
+    rows = native.TextRows(table, form, header)
     if rows.supported:
         held = np.empty(BYTES, np.uint8)
         while size := rows.fill(held):
