@@ -40,6 +40,7 @@ NB_MODULE(JINK_MODULE, module) {
     bind_scatter(module);
     bind_manoeuvres(module);
     bind_geodesy(module);
+    bind_text(module);
     module.attr("lanes") = lanes;
 
     nb::class_<Engine> engine(module, "Engine");

@@ -32,6 +32,7 @@ void bind_checks(nb::module_ &module);                             // of many ro
 void bind_scatter(nb::module_ &module);                            // what measurements show of their noise
 void bind_manoeuvres(nb::module_ &module);                         // how likely targets manoeuvre
 void bind_geodesy(nb::module_ &module);                            // places on the earth and in the plane
+void bind_text(nb::module_ &module);                               // tables as text
 void bind_live(nb::module_ &module, nb::class_<Engine> &engine);  // one scan at a time
 void bind_slots(nb::module_ &module, nb::class_<Engine> &engine);  // live targets that come and go
 void bind_stepwise(nb::module_ &module);                          // models of the user's own

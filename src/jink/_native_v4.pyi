@@ -612,6 +612,17 @@ def laid(
     table: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu")],
 ) -> None: ...
 
+class TextFormat(enum.Enum):
+    json = 0
+
+    csv = 1
+
+class TextRows:
+    def __init__(self, table: object, format: TextFormat, header: bool) -> None: ...
+    @property
+    def supported(self) -> bool: ...
+    def fill(self, to: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order="C", device="cpu")]) -> int: ...
+
 lanes: int = 8
 
 class Engine:

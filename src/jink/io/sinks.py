@@ -10,8 +10,7 @@ import polars as pl
 
 from .errors import InputError
 from .packing import maybe_packed
-from .small_writes import write_csv, write_json_lines
-from .writing import plain_times
+from .text_tables import write_csv, write_json_lines
 
 STREAMED = ("parquet", "arrow", "csv", "jsonl")
 
@@ -30,11 +29,10 @@ def write_stream(tables: Iterator[pl.DataFrame], path: Path, kind: str, *, packe
     if kind in ("csv", "jsonl"):
         with path.open("wb") as handle, maybe_packed(handle, packed, kind) as out:
             for number, table in enumerate(tables):
-                plain = plain_times(table)
                 if kind == "csv":
-                    write_csv(plain, out, header=number == 0)
+                    write_csv(table, out, header=number == 0)
                 else:
-                    write_json_lines(plain, out)
+                    write_json_lines(table, out)
         return
     lazy, failure = _lazy(tables)
     try:

@@ -15,9 +15,9 @@ from .errors import InputError
 from .map_writing import write_gpx, write_kml
 from .packing import compress as compress
 from .packing import maybe_packed
-from .small_writes import write_csv, write_json_lines
 from .stages import stage
 from .temporary import atomically as atomically
+from .text_tables import plain_times, write_csv, write_json_lines
 
 FORMATS = {
     ".parquet": "parquet",
@@ -85,8 +85,8 @@ def write_tracks(tracks: pl.DataFrame, path: Path | IO[bytes], kind: str) -> Non
     writers: dict[str, Callable[[pl.DataFrame, IO[bytes]], Any]] = {
         "parquet": write_parquet,
         "arrow": pl.DataFrame.write_ipc,
-        "csv": _write_csv,
-        "jsonl": _write_json_lines,
+        "csv": write_csv,
+        "jsonl": write_json_lines,
         "geojson": _write_geojson,
         "gpx": write_gpx,
         "kml": write_kml,
@@ -109,20 +109,6 @@ def write_parquet(frame: pl.DataFrame | pl.LazyFrame, handle: IO[bytes]) -> None
     """Parquet, quickly compressed; into an open file, since polars takes no name that is not UTF-8."""
     # few rows of a group: less memory on the way
     frame.lazy().sink_parquet(handle, compression="snappy", row_group_size=1 << 16)
-
-
-def _write_csv(tracks: pl.DataFrame, handle: IO[bytes]) -> None:
-    write_csv(plain_times(tracks), handle)
-
-
-def _write_json_lines(tracks: pl.DataFrame, handle: IO[bytes]) -> None:
-    write_json_lines(plain_times(tracks), handle)
-
-
-def plain_times(tracks: pl.DataFrame) -> pl.DataFrame:
-    """Date-times as ISO 8601 in UTC with a Z, which every reader understands."""
-    times = [name for name, kind in tracks.schema.items() if isinstance(kind, pl.Datetime)]
-    return tracks.with_columns(pl.col(name).dt.strftime("%Y-%m-%dT%H:%M:%S%.6fZ") for name in times)
 
 
 def _write_geojson(tracks: pl.DataFrame, handle: IO[bytes]) -> None:

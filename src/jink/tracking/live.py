@@ -23,7 +23,7 @@ from ..io.evidence import distances
 from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
 from ..io.measurements import Measurements
-from ..io.writing import plain_times
+from ..io.text_tables import json_lines
 from .cleaning import STALE_SPEED, STALE_SPEED_AT_END, measured_rows
 from .ground import least_heights
 from .live_lagged import OUTPUTS as LAGGED
@@ -361,7 +361,7 @@ class LiveTracks:
         if not tables:
             return ""
         table = tables[0] if len(tables) == 1 else pl.concat(tables, how="diagonal")
-        return plain_times(table.sort("row").drop("file")).write_ndjson()
+        return json_lines(table.sort("row").drop("file"))
 
     def _table(
         self, rows: pl.DataFrame, some: list[Answered], axes: int, measurements: Measurements, third: str | None

@@ -25,7 +25,7 @@ from ..io.conventions import Conventions
 from ..io.geodesy import DevelopedFrame
 from ..io.loading import Reading
 from ..io.projections import with_grid
-from ..io.writing import plain_times
+from ..io.text_tables import json_lines
 from ..models.provenance import VERSION
 from ..times import Time, moment
 from .lag import Lag
@@ -139,7 +139,7 @@ class LiveTracker:
         for name, target in self._tracks.active.items():
             if target.slot is not None and target.last <= at:
                 table = self._predicted(name, target, at)
-                out += [json.loads(line) for line in plain_times(table).write_ndjson().splitlines()]
+                out += [json.loads(line) for line in json_lines(table).splitlines()]
         return out
 
     def save(self, path: str | Path | None = None) -> bytes:

@@ -1,0 +1,71 @@
+"""Text tables into an open file: CSV and JSON Lines.
+
+The engine makes the text. Columns of kinds that it does not write (lists, durations) make polars write the table.
+
+polars hands over 32 MB of JSON Lines at a time. Linux then looks for free pages that are as large, and where memory is
+in pieces this can cost more than making the text. So both write little at a time.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import IO
+
+import numpy as np
+import polars as pl
+
+from .._engine import native
+
+BYTES = 1 << 18  # of one write
+ROWS = 1 << 14  # made at a time: columns in other pieces than the rest of their table are copied on the way
+
+
+def write_csv(table: pl.DataFrame, handle: IO[bytes], *, header: bool = True) -> None:
+    """Write rows as CSV; nulls are empty, date-times as `plain_times` has them."""
+    for start in range(0, max(table.height, 1), ROWS):
+        part, first = table.slice(start, ROWS), header and start == 0
+        if not _written(part, handle, native.TextFormat.csv, first):
+            text = io.BytesIO()
+            plain_times(part).write_csv(text, include_header=first)
+            _hand_on(text.getbuffer(), handle)
+
+
+def write_json_lines(table: pl.DataFrame, handle: IO[bytes]) -> None:
+    """Write rows as JSON Lines; numbers that JSON lacks are null, date-times as `plain_times` has them."""
+    for start in range(0, table.height, ROWS):
+        part = table.slice(start, ROWS)
+        if not _written(part, handle, native.TextFormat.json):
+            text = io.BytesIO()
+            plain_times(part).write_ndjson(text)
+            _hand_on(text.getbuffer(), handle)
+
+
+def json_lines(table: pl.DataFrame) -> str:
+    """The text that `write_json_lines` writes."""
+    text = io.BytesIO()
+    write_json_lines(table, text)
+    return text.getvalue().decode()
+
+
+def plain_times(table: pl.DataFrame) -> pl.DataFrame:
+    """Date-times as ISO 8601 in UTC with a Z, which every reader understands."""
+    times = [name for name, kind in table.schema.items() if isinstance(kind, pl.Datetime)]
+    return table.with_columns(pl.col(name).dt.strftime("%Y-%m-%dT%H:%M:%S%.6fZ") for name in times)
+
+
+def _written(table: pl.DataFrame, handle: IO[bytes], form: native.TextFormat, header: bool = False) -> bool:
+    """Write rows with the engine, or nothing if it lacks a kind; whether it did."""
+    # polars ends the process where a name has a NUL that Arrow's names cannot have
+    if "\0" in "".join(table.columns) or any(kind.is_nested() for kind in table.schema.values()):
+        return False
+    rows = native.TextRows(table, form, header)
+    if rows.supported:
+        held = np.empty(BYTES, np.uint8)
+        while size := rows.fill(held):
+            handle.write(held.data[:size])
+    return rows.supported
+
+
+def _hand_on(text: memoryview, handle: IO[bytes]) -> None:
+    for start in range(0, len(text), BYTES):
+        handle.write(text[start : start + BYTES])
