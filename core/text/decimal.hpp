@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 namespace jink::inline JINK_LEVEL::text {
 
@@ -22,34 +23,36 @@ struct TensTable {
     std::array<Wide, last - first + 1> g{};
 
     constexpr TensTable() {
-        constexpr int words = 34;
-        std::array<std::uint32_t, words> number{};  // little-endian
-        number[0] = 1;
+        Number number{};
+        number[5] = 1;  // above five words of zeros, so that there always are as many below the first
         for (int k = 0; k <= last; ++k) {
             std::uint64_t carry = 0;
-            g[k - first] = top(number.data(), words);
+            g[k - first] = top(number, false);
             for (auto &word : number) carry += 5ull * word, word = std::uint32_t(carry), carry >>= 32;
         }
         number = {};
-        number[words - 1] = 1;  // 2^1056, divided by 5^-k, of which 378 bits are left
+        number[number.size() - 1] = 1;  // 2^1056, divided by 5^-k, of which 378 bits are left
         for (int k = -1; k >= first; --k) {
             std::uint64_t rest = 0;
-            for (int w = words; w-- > 0;) rest = rest << 32 | number[w], number[w] = std::uint32_t(rest / 5), rest %= 5;
-            g[k - first] = top(number.data(), words, 1);  // never exact
+            for (auto word = number.rbegin(); word != number.rend(); ++word) rest = rest << 32 | *word, *word = std::uint32_t(rest / 5), rest %= 5;
+            g[k - first] = top(number, true);  // never exact
         }
     }
 
+private:
+    using Number = std::array<std::uint32_t, 34>;  // from the lowest word up
+
     // The first 128 bits of a number, rounded up where it has more.
-    static constexpr Wide top(const std::uint32_t *number, int words, bool more = false) {
-        while (number[words - 1] == 0) --words;
+    static constexpr Wide top(const Number &number, bool more) {
+        std::size_t word = number.size() - 1;
+        while (number[word] == 0) --word;
+        const int shift = std::countl_zero(number[word]);
         Wide out = 0;
-        for (int w = words - 1; w >= words - 4; --w) out = out << 32 | (w < 0 ? 0u : number[w]);
-        const int shift = std::countl_zero(number[words - 1]);
-        if (shift) out = out << shift | (words < 5 ? 0u : number[words - 5] >> (32 - shift));
-        if (shift && words >= 5) more |= std::uint32_t(number[words - 5] << shift) != 0;
-        else if (words >= 5) more |= number[words - 5] != 0;
-        for (int w = 0; w < words - 5; ++w) more |= number[w] != 0;
-        return out + more;
+        for (int k = 0; k < 4; ++k) out = out << 32 | number[word--];
+        const std::uint64_t next = std::uint64_t(number[word]) << shift;
+        more |= std::uint32_t(next) != 0;
+        while (word > 0) more |= number[--word] != 0;
+        return (out << shift | next >> 32) + more;
     }
 };
 
@@ -133,7 +136,7 @@ inline char *put_whole(char *to, std::int64_t n) {
     return put_whole(to, n < 0 ? 0 - std::uint64_t(n) : std::uint64_t(n));
 }
 
-// A finite number, with a point or an exponent: 1.0, 0.00012, 1e-7, 1.5e+22. Writes up to 40 bytes.
+// A finite number, with a point or an exponent: 1.0, 0.00012, 1e-7, 1.5e+22. Writes up to 32 bytes.
 template <class Real> char *put_real(char *to, Real value) {
     *to = '-', to += std::signbit(value), value = std::abs(value);
     if (value == 0) return std::memcpy(to, "0.0", 3), to + 3;
