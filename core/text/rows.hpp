@@ -77,9 +77,9 @@ private:
     std::vector<Column> columns_;
     Held<ArrowArray> batch_;
     std::int64_t row_ = 0, made_until_ = 0;  // of the batch: the next row, and the end of the cells
-    std::size_t fixed_ = 0;          // bytes of a row besides its texts, at most
-    std::vector<char> made_;         // a row,
-    std::size_t size_ = 0, at_ = 0;  // its bytes, and how many are handed over
+    std::size_t fixed_ = 0;                  // bytes of a row besides its texts, at most
+    std::vector<char> made_;                 // a row,
+    std::size_t size_ = 0, at_ = 0;          // its bytes, and how many are handed over
 };
 
 }  // namespace jink::inline JINK_LEVEL::text
