@@ -219,7 +219,7 @@ def test_a_range_over_the_targets_is_said_where_there_is_one(spread, said):
 def test_a_stream_that_is_no_json_says_what_it_reads(plots):
     done = jink("track", "-", shell=f"< '{plots}'")
     assert done.returncode == 2 and done.stderr.splitlines()[-1].endswith(
-        b"none of the 31 lines could be used; expected JSON Lines, and of other formats a file instead of -"
+        b"none of 31 lines could be used; expected JSON Lines, and of other formats a file instead of -"
     )
 
 

@@ -154,3 +154,14 @@ def test_plots_without_identity_use_their_heights(third, some):
     *_, off = Geod(ellps="WGS84").inv(tracks["longitude"], tracks["latitude"], lon[rows], lat[rows])
     assert np.median(off) < 30.0
     assert ("altitude" in tracks.columns) == (not some)
+
+
+@pytest.mark.parametrize(("far", "height", "said"), [(2e5, False, True), (5e4, False, False), (2e5, True, False)])
+def test_it_is_said_what_x_and_y_far_from_a_site_are_taken_for(far, height, said):
+    t = np.arange(40.0)
+    rng = np.random.default_rng(3)
+    data = pl.DataFrame({"target": ["a"] * 40, "time": t, "x_m": far + 200.0 * t, "y_m": rng.normal(0.0, 30.0, 40)})
+    data = data.with_columns(x_m=pl.col("x_m") + rng.normal(0.0, 30.0, 40))
+    data = data.with_columns(z_m=9000.0 + rng.normal(0.0, 30.0, 40)) if height else data
+    notes = jink.track(data, site=(48.0, 11.0, 500.0), details=True).summary["notes"]
+    assert any("x and y without z are taken along the ground" in note for note in notes) == said

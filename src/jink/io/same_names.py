@@ -59,7 +59,7 @@ def one_spelling(parts: Sequence[Measurements]) -> None:
     for part in addressed:
         part.rows = part.rows.with_columns(pl.col("target").replace(other))
     addressed[0].notes.append(
-        f"{len(set(other.values()))} addresses are written in capital and in small letters; each is one target"
+        f"addresses in capital and in small letters ({len(set(other.values()))}) are each one target"
     )
 
 

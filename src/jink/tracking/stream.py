@@ -95,7 +95,7 @@ def answer(source: int, tracks: LiveTracks, *, quiet: bool = False) -> None:
         if tracks.rows == 0:
             raise InputError("standard input is empty; expected JSON Lines with time and position")
         hint = "" if tracks.lines.columns else "; expected JSON Lines, and of other formats a file instead of -"
-        raise InputError(f"none of the {tracks.rows} lines could be used{hint}")
+        raise InputError(f"none of {_plural(tracks.rows, 'line')} could be used{hint}")
     counts = f"{_plural(tracks.rows, 'line')}, {_plural(len(tracks.followed), 'target')}"
     messages.close(f"jink: {counts}, {tracks.rejected:,} rejected\n")
 
