@@ -32,7 +32,7 @@ def printed(command: str, folder: Path) -> str:
     program, *arguments = shlex.split(command)
     start = [sys.executable, "-m", "jink"] if program == "jink" else [sys.executable]
     done = subprocess.run([*start, *arguments], cwd=folder, capture_output=True, text=True, check=True)
-    lines = done.stdout.strip().splitlines()
+    lines = done.stdout.strip("\n").splitlines()
     return "\n".join(line.rstrip() for line in lines[: int(count) if count else None]) + "\n"
 
 
