@@ -20,6 +20,7 @@ from own_models import (
 
 import jink
 from jink import _engine
+from jink.filters.row_noise import RowNoise
 from jink.models.motion import component_names
 
 SITE = RADAR.kwargs["site"]
@@ -191,6 +192,9 @@ def test_known_input_and_row_noise(name, smooth):
     more = {"input": rng.normal(0, 2.0, (len(t), 2)), "covariance": root @ root.transpose(0, 2, 1)}
     run = "smooth" if smooth else "filter"
     assert_agrees(getattr(own, run)(t, z, **more), getattr(native, run)(t, z, **more), tolerance_of(name, smooth))
+    of_columns = more | {"covariance": RowNoise.of_covariances(more["covariance"])}
+    for each in (own, native):
+        np.testing.assert_array_equal(getattr(each, run)(t, z, **of_columns).x, getattr(each, run)(t, z, **more).x)
     more["covariance"] = np.diagonal(more["covariance"], axis1=1, axis2=2)
     assert_agrees(own.filter(t, z, **more), native.filter(t, z, **more))
 

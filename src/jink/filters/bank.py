@@ -26,6 +26,7 @@ from .live import LiveBatch, LiveTarget
 from .parts import Parts, is_fixed, native_mode
 from .plain import VERSION, plain, write
 from .results import allocate
+from .row_noise import RowNoise
 from .rows import Batch, prior_of_tracks
 from .rules import declared_rules
 from .slots import Slots
@@ -363,11 +364,13 @@ class Bank:
         z: ArrayLike,
         offsets: ArrayLike | None = None,
         sensor: ArrayLike | None = None,
-        covariance: ArrayLike | None = None,
+        covariance: ArrayLike | RowNoise | None = None,
         input: ArrayLike | None = None,
         initial: Prior | None = None,
     ) -> Batch:
         prior = initial if initial is not None else self.initial if isinstance(self.initial, Prior) else None
+        if isinstance(covariance, RowNoise) and self.declaration is None:
+            covariance = covariance[:]  # models of one's own run on arrays
         return Batch.of(
             time,
             z,
