@@ -10,6 +10,7 @@ from oracle import sensor as textbook
 import jink
 from jink._engine import native
 from jink.io.geodesy import SiteFrame
+from jink.tracking import prepare
 
 RADIUS = 6.38e6
 SITE = (48.0, 9.0, 500.0)
@@ -165,3 +166,12 @@ def test_it_is_said_what_x_and_y_far_from_a_site_are_taken_for(far, height, said
     data = data.with_columns(z_m=9000.0 + rng.normal(0.0, 30.0, 40)) if height else data
     notes = jink.track(data, site=(48.0, 11.0, 500.0), details=True).summary["notes"]
     assert any("x and y without z are taken along the ground" in note for note in notes) == said
+
+
+def test_it_is_said_once_where_some_targets_tell_for_all(monkeypatch):
+    monkeypatch.setattr(prepare, "EVIDENCE", 50)
+    t, rng = np.tile(np.arange(40.0), 2), np.random.default_rng(3)
+    data = pl.DataFrame({"target": np.repeat(["a", "b"], 40), "time": t, "x_m": 2e5 + 200.0 * t, "y_m": np.zeros(80)})
+    data = data.with_columns(pl.col("x_m", "y_m") + pl.Series(rng.normal(0.0, 30.0, 80)))
+    notes = jink.track(data, site=(48.0, 11.0, 500.0), details=True).summary["notes"]
+    assert sum("x and y without z are taken along the ground" in note for note in notes) == 1

@@ -36,6 +36,10 @@ from .unknown_height import TargetHeight, height_of, on_the_ground
 SHIPS = ("mmsi", "imo")  # columns that name ships
 SHIP = "an MMSI or IMO number names a ship, and the filter is that of an aircraft; --kind vessel takes that of a ship"
 FAR = 100e3  # m from a radar: beyond, slant ranges and those along the ground differ by a hundred metres
+FLAT = (
+    "x and y without z are taken along the ground from the site; beyond 100 km those of slant ranges differ from them "
+    "by a hundred metres and more: give z, or slant ranges and azimuths"
+)
 EVIDENCE = 1_000_000  # rows that tell what holds for all targets of a larger table
 
 
@@ -219,12 +223,8 @@ def _without_heights(placed: list[Placed], measurements: Measurements, settings:
 def _far_in_the_plane(placed: list[Placed], measurements: Measurements) -> None:
     """Note what x and y without z are taken for, where they are far from the site."""
     flat = [each.plane for each in placed if each.axes == 2 and measurements.position == "cartesian"]
-    reach = max((float(np.fmax.reduce(np.hypot(*plane.T), initial=0.0)) for plane in flat), default=0.0)
-    if reach > FAR:
-        measurements.notes.append(
-            f"x and y without z are taken along the ground from the site, up to {reach / 1e3:.0f} km; those of slant "
-            "ranges differ from them by a hundred metres and more: give z, or slant ranges and azimuths"
-        )
+    if any((np.hypot(*plane.T) > FAR).any() for plane in flat) and FLAT not in measurements.notes:
+        measurements.notes.append(FLAT)
 
 
 def evidence(rows: pl.DataFrame) -> pl.DataFrame | None:
