@@ -1,4 +1,4 @@
-// How much measurements scatter: what `tracking/scatter.py` asks of many rows at once.
+// How much measurements scatter: what `tracking/scatter.py` and `tracking/reported.py` ask of many rows at once.
 #include <algorithm>
 #include <optional>
 

@@ -16,7 +16,6 @@ from typing import Any, Protocol
 from .errors import Stopped
 
 Task = tuple[Callable[..., Any], tuple[Any, ...]]
-GARBAGE = 100_000  # new objects after which Python looks for garbage
 LOSSES = 3  # times that a process may die before the run ends
 
 
@@ -72,7 +71,7 @@ class Processes:
 
     def _executor(self) -> ProcessPoolExecutor:
         context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(self.count, context, initializer=_begin, initargs=(os.getpid(),))
+        return ProcessPoolExecutor(self.count, context, initializer=_begin, initargs=(os.getpid(), gc.get_threshold()))
 
     @contextmanager
     def _pool(self) -> Iterator[list[ProcessPoolExecutor]]:
@@ -90,14 +89,14 @@ class Processes:
                 os.environ["POLARS_MAX_THREADS"] = before
 
 
-def _begin(parent: int) -> None:
+def _begin(parent: int, garbage: tuple[int, ...]) -> None:
     """What a process does first."""
     from .._engine import native
 
     # one bucket's memory is the next one's, so that no array costs new pages
     native.keep_freed_memory()
-    # a table makes many small objects and hardly any garbage
-    gc.set_threshold(GARBAGE)
+    # as often as in the parent
+    gc.set_threshold(*garbage)
     _end_with(parent)
 
 

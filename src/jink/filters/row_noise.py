@@ -86,7 +86,7 @@ class RowNoise:
         return RowNoise(self.size + len(more), {**self.entries, **more, **(correlated or {})}, self.full)
 
     def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
-        chosen = {at: each[rows] for at, each in self.entries.items()}
+        chosen = self.piece(rows).entries
         count, size = len(chosen[0, 0]), self.size
         if not self.full:
             return np.stack([chosen[k, k] for k in range(size)], axis=1)

@@ -22,22 +22,12 @@ ROWS = 1 << 14  # made at a time: columns in other pieces than the rest of their
 
 def write_csv(table: pl.DataFrame, handle: IO[bytes], *, header: bool = True) -> None:
     """Write rows as CSV; nulls are empty, date-times as `plain_times` has them."""
-    for start in range(0, max(table.height, 1), ROWS):
-        part, first = table.slice(start, ROWS), header and start == 0
-        if not _written(part, handle, native.TextFormat.csv, first):
-            text = io.BytesIO()
-            plain_times(part).write_csv(text, include_header=first)
-            _hand_on(text.getbuffer(), handle)
+    _write(table, handle, native.TextFormat.csv, header)
 
 
 def write_json_lines(table: pl.DataFrame, handle: IO[bytes]) -> None:
     """Write rows as JSON Lines; numbers that JSON lacks are null, date-times as `plain_times` has them."""
-    for start in range(0, table.height, ROWS):
-        part = table.slice(start, ROWS)
-        if not _written(part, handle, native.TextFormat.json):
-            text = io.BytesIO()
-            plain_times(part).write_ndjson(text)
-            _hand_on(text.getbuffer(), handle)
+    _write(table, handle, native.TextFormat.json)
 
 
 def json_lines(table: pl.DataFrame) -> str:
@@ -53,19 +43,29 @@ def plain_times(table: pl.DataFrame) -> pl.DataFrame:
     return table.with_columns(pl.col(name).dt.strftime("%Y-%m-%dT%H:%M:%S%.6fZ") for name in times)
 
 
-def _written(table: pl.DataFrame, handle: IO[bytes], form: native.TextFormat, header: bool = False) -> bool:
-    """Write rows with the engine, or nothing if it lacks a kind; whether it did."""
+def _write(table: pl.DataFrame, handle: IO[bytes], form: native.TextFormat, header: bool = False) -> None:
+    """Write rows with the engine, and with polars where it lacks a kind."""
+    held = np.empty(BYTES, np.uint8)
+    for start in range(0, max(table.height, int(header)), ROWS):
+        part, first = table.slice(start, ROWS), header and start == 0
+        if rows := _rows(part, form, first):
+            while size := rows.fill(held):
+                handle.write(held.data[:size])
+            continue
+        text = io.BytesIO()
+        if form == native.TextFormat.csv:
+            plain_times(part).write_csv(text, include_header=first)
+        else:
+            plain_times(part).write_ndjson(text)
+        whole = text.getbuffer()
+        for begin in range(0, len(whole), BYTES):
+            handle.write(whole[begin : begin + BYTES])
+
+
+def _rows(table: pl.DataFrame, form: native.TextFormat, header: bool) -> native.TextRows | None:
+    """The rows as text; None where the engine lacks a kind."""
     # polars ends the process where a name has a NUL that Arrow's names cannot have
     if "\0" in "".join(table.columns) or any(kind.is_nested() for kind in table.schema.values()):
-        return False
+        return None
     rows = native.TextRows(table, form, header)
-    if rows.supported:
-        held = np.empty(BYTES, np.uint8)
-        while size := rows.fill(held):
-            handle.write(held.data[:size])
-    return rows.supported
-
-
-def _hand_on(text: memoryview, handle: IO[bytes]) -> None:
-    for start in range(0, len(text), BYTES):
-        handle.write(text[start : start + BYTES])
+    return rows if rows.supported else None
