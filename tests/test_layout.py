@@ -10,7 +10,7 @@ from pathlib import Path
 SOURCE = Path(__file__).parents[1] / "src" / "jink"
 # from the ground up; rooms on one floor do not import each other, except the loose files on the first
 FLOORS = (
-    ("_engine", "_processor", "times", "checks", "frame_of", "estimate", "io"),
+    ("_engine", "_processor", "frozen", "times", "checks", "frame_of", "estimate", "io"),
     ("models",),
     ("metrics", "stepwise"),
     ("filters",),

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
 
+from ..frozen import frozen
 from ..io.kept import MARK, alike
 from ..io.measurements import Measurements
 from . import job as names
@@ -27,7 +27,7 @@ class Place(NamedTuple):
     rows: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Kind:
     """What all files have in common, as `io.loading.together` would find it.
 

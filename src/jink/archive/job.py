@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from typing import Any
 
+from ..frozen import frozen
 from ..io.loading import Reading
 from ..models.provenance import VERSION
 from ..tracking.prepare import Settings
@@ -21,7 +21,7 @@ def versions() -> dict[str, Any]:
     return {"jink": VERSION, "polars": polars.__version__, "hash": probe()}
 
 
-@dataclass(frozen=True)
+@frozen
 class Job:
     """Files, how they are read and tracked, into how many buckets, and where to.
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import time as clock
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import polars as pl
 
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.files import expand, name_of
 from ..io.loading import Reading
@@ -40,7 +41,7 @@ LEAST_PIECE = 100_000  # rows
 SPARE_REJECTED = f"{WORK}/rejected.parquet"  # of a folder, until they are whole
 
 
-@dataclass(frozen=True)
+@frozen
 class How:
     """memory: bytes of all processes together; processes: how many; strict: an input that cannot be read stops the
     run; append: add inputs to a folder; cluster: the address of a scheduler of dask, or a client.

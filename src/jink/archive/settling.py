@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import polars as pl
 
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.values import taken
 from ..tracking.batch import nothing_left
@@ -21,7 +22,7 @@ from .hashing import bucket_of
 from .job import Job
 
 
-@dataclass(frozen=True)
+@frozen
 class Settled:
     """What reducers are told: the kind of the rows, what the sample shows, the columns of the tracks, and in words."""
 

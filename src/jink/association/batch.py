@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from ..checks import Array
 from ..estimate import STATUS, Estimate
+from ..frozen import frozen
 from ..times import seconds
 from .picture import Picture
 from .smoothing import Taken, smoothed
 
 
-@dataclass(frozen=True)
+@frozen
 class Turning:
     """An antenna that turns once in period (s); its turns are taken in so many sectors."""
 
@@ -26,7 +27,7 @@ class Turning:
     clockwise: bool = True
 
 
-@dataclass(frozen=True)
+@frozen
 class Scans:
     """Plots in scans: rows begin[k] to begin[k + 1] of z are scan k, at time[k], of sensor[k]; own: times of plots.
 
@@ -85,7 +86,7 @@ class Found:
     new: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
 
 
-@dataclass(frozen=True)
+@frozen
 class _Seen:
     """The rows of one picture that count: all, or with sectors those that were due or had a plot.
 

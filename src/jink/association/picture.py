@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,9 +9,10 @@ from numpy.typing import NDArray
 
 from ..checks import Array
 from ..estimate import Estimate
+from ..frozen import frozen
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Picture:
     """The tracks of one scan, by id.
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,12 +20,13 @@ from numpy.typing import NDArray
 
 from .._engine import native
 from ..checks import Array
+from ..frozen import frozen
 
 LEAST = 1e-3  # weight of all plots of a scan below which it is a miss
 ANGLES = ("azimuth", "elevation", "bearing")
 
 
-@dataclass(frozen=True)
+@frozen
 class Taken:
     """The plots that tracks have taken: rows begin[k] to begin[k + 1] of row and weight belong to row k of the tracks.
 

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..checks import unknown, with_attributes
 from ..filters.axis_by_axis import of_one_axis, on_axes
 from ..filters.imm import IMM
-from ..filters.loading import AnyFilter, load
 from ..io.errors import InputError
 from ..models.outliers import Outliers
 from ..models.sensor import Polar, Position, PositionVelocity, Sensor
-from .purpose import Purpose, Unfit
-from .registry import FILTERS, SHORT, canonical
+from .interacting import imm
+from .purpose import Named, Purpose, Unfit
 from .targets import kind_of
 
-DEFAULT = "imm"
+if TYPE_CHECKING:
+    from ..filters.loading import AnyFilter
+
 VELOCITIES = ("vx", "vy", "vz")
 # what a radar measures beside range and azimuth, and the sensor's argument for its noise
 RADAR = {"altitude": "height_sd", "elevation": "elevation_sd", "range_rate": "range_rate_sd"}
@@ -89,13 +90,19 @@ def chosen(filter: Any, purpose: Purpose, components: Sequence[str]) -> Any:
         filter = on_axes(filter, purpose.sensor)
         _check(filter, components)
         return filter
-    name = DEFAULT if filter is None else filter
     try:
-        return FILTERS[canonical(name)](purpose).filter
+        return (imm if filter is None else named_filter(filter))(purpose).filter
     except Unfit as reason:
-        raise InputError(f"filter {name} cannot track these data: {reason}") from None
+        raise InputError(f"filter {filter or 'imm'} cannot track these data: {reason}") from None
     except ValueError as error:
         raise InputError(f"{error}, or a filter, such as jink.load(file) gives") from None
+
+
+def named_filter(name: str) -> Callable[[Purpose], Named]:
+    """What makes the filter of this name. Errors: ValueError naming the nearest and all."""
+    from .registry import FILTERS, canonical  # every filter, while most runs need the default alone
+
+    return FILTERS[canonical(name)]
 
 
 def _check(chosen: Any, components: Sequence[str]) -> None:
@@ -109,7 +116,12 @@ def _check(chosen: Any, components: Sequence[str]) -> None:
 
 def load_filter(given: str | None) -> Any:
     """`--filter NAME|FILE`: a name stays one, a file is read."""
-    if given is None or given in FILTERS or given in SHORT:
+    if given is None:
+        return None
+    from ..filters.loading import load
+    from .registry import FILTERS, SHORT
+
+    if given in FILTERS or given in SHORT:
         return given
     path = Path(given)
     if not path.is_file():

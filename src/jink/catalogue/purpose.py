@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import ceil, log, sqrt
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..checks import probability, whole
-from ..filters.loading import AnyFilter
+from ..frozen import frozen
 from ..models.outliers import Outliers
 from ..models.sensor import Position, Sensor
 from ..models.switching import Sojourn
 from .targets import KINDS
+
+if TYPE_CHECKING:
+    from ..filters.loading import AnyFilter
 
 
 class Unfit(ValueError):
     """This filter cannot be made for this purpose; the message says why."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Purpose:
     """What a filter is made for: the sensor, the kind of target and, where there are any, data to be fitted on.
 
@@ -89,7 +91,7 @@ class Purpose:
         return self.sensor
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Named:
     """A filter by name, made for a purpose.
 

@@ -8,10 +8,11 @@ period; vertical motion has its own figures. Reasons and figures: docs/default-f
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 from ..checks import positive, unknown, whole, with_attributes
 from ..filters.imm import IMM
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..models.coasting import Coasting
 from ..models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Motion
@@ -25,7 +26,7 @@ RARE = 10  # usual steps without a position after which a track is given up, if 
 SEVERAL = 3  # usual steps without a position after which a target coasts, if that is longer than its kind says
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Kind:
     """What is known of targets of one kind.
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import shlex
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from ..frozen import frozen
 from ..io.errors import InputError
 from .exit_status import exit_status
 from .request import (
@@ -32,7 +32,7 @@ from .request import (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class CompareRequest(SensorOptions):
     """Compare filters fairly: the same random numbers for all, standard errors, no verdict without an interval.
 

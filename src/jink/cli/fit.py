@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from ..frozen import frozen
 from ..io.errors import InputError
 from .exit_status import PACKAGES, exit_status
 from .request import (
@@ -34,7 +34,7 @@ from .request import (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class FitRequest:
     """Fit a filter's parameters to your own targets and check the result on data it has not seen.
 

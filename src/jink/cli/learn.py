@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from ..frozen import frozen
 from ..io.errors import InputError
 from .exit_status import PACKAGES, exit_status, failed
 from .request import (
@@ -37,7 +37,7 @@ FEWEST_FAMILIES = 20
 LABELLED = ("nnvsmm", "nnvsmm-modes")
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class LearnRequest:
     """Learn fuzzy rules or networks from targets whose truth is known.
 

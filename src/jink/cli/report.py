@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..frozen import frozen
 from ..io.errors import InputError
 from .exit_status import PACKAGES, exit_status
 from .request import Quiet, TilesOption, check_tiles, output_path, progress_line, say, words_of
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _FILES = (".parquet", ".arrow", ".feather")
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class ReportRequest:
     """Write a page over tracks that are there already.
 

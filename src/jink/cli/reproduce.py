@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from ..frozen import frozen
 from ..io.errors import InputError
 from .exit_status import exit_status
 from .request import (
@@ -26,7 +26,7 @@ from .request import (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class ReproduceRequest:
     """Measure the figures of a paper again and print them beside the published ones.
 

@@ -8,7 +8,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, fields
 from importlib import import_module
 from inspect import Parameter, Signature
 from pathlib import Path
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 import typer
 from typer.core import TyperArgument, TyperCommand, TyperOption
 
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.printable import printable, printable_json
 from .plain_values import PlainValues
@@ -145,7 +146,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print all figures as JSON in
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no tables and no progress.", **FLAG)]
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class SensorOptions:
     """The options that change how a scenario's targets are measured; None leaves it as the scenario has it."""
 

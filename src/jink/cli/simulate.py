@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 import time as clock
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from ..frozen import frozen
 from ..io.errors import InputError
 from .exit_status import exit_status
 from .request import (
@@ -29,7 +29,7 @@ from .request import (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class SimulateRequest(SensorOptions):
     """Simulate a scenario and write measurements and truth as one table.
 

@@ -8,7 +8,6 @@ import sys
 import time as clock
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ..frozen import frozen
 from ..io import ahead
 from ..io.errors import InputError
 from ..io.printable import printable
@@ -69,7 +69,7 @@ class AzimuthFrom(StrEnum):
     grid = "grid"
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class TrackRequest:
     """Turn position reports into tracks: clean them, estimate their noise, filter or smooth them.
 
@@ -481,7 +481,7 @@ def conventions_of(request: TrackRequest) -> Any:
 
 def anonymous_of(request: TrackRequest) -> Any:
     """How plots without identity are to be tracked; None where nothing of it was asked for. Errors: InputError."""
-    from ..tracking.anonymous import Anonymous
+    from ..tracking.anonymous_options import Anonymous
 
     names = ("detection", "clutter", "association", "new_per_hour", "drop_after", "period", "sectors")
     given = {name: getattr(request, name) for name in names if getattr(request, name) is not None}

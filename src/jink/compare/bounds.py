@@ -6,7 +6,6 @@ state at the start and, if the truth has any, the acceleration noise that nobody
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from .. import metrics
 from ..catalogue.purpose import Unfit
 from ..checks import Array
+from ..frozen import frozen
 from ..models.outliers import Outliers
 from ..scenarios import Simulation
 from ..scenarios.truth import Kinematics
@@ -24,7 +24,7 @@ TRIFLE = 1e-6  # share of sd/T² that stands for no noise in a filter that needs
 VELOCITY_SD = 1e5  # m/s at the start, as good as unknown
 
 
-@dataclass(frozen=True)
+@frozen
 class Told:
     """What a filter is given: sd (m/s²) of the acceleration noise that it does not know, and the rest in words."""
 

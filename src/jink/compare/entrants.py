@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..catalogue.purpose import Purpose
 from ..catalogue.registry import FILTERS, SHORT
 from ..checks import unknown
+from ..frozen import frozen
 from ..io.errors import InputError
 
 ALWAYS = ("raw", "kalman-cv", "kalman-ca", "imm", "clairvoyant")
 SUFFIX = ".json"
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Entrant:
     """A filter in the race, or (filter None) a yardstick that :mod:`jink.compare.simulated` knows by name.
 

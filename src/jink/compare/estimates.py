@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 from ..metrics import measured_velocity
 from ..scenarios import Simulation
 from ..tracking.manoeuvring import Manoeuvres, Moving, probabilities
@@ -17,7 +18,7 @@ from ..tracking.manoeuvring import Manoeuvres, Moving, probabilities
 OUTPUTS = ("x", "P", "mode_probability", "nis", "nis_dof", "log_likelihood_scan", "status")
 
 
-@dataclass(frozen=True)
+@frozen
 class Block:
     """Components [p… v…] of the error, by number, whose covariance is P[..., index, index] (B, S, n, n)."""
 
@@ -26,7 +27,7 @@ class Block:
     index: Sequence[int]
 
 
-@dataclass(frozen=True)
+@frozen
 class Answer:
     """position, velocity, acceleration (B, S, axes), NaN or None where there is none; nis, nis_dof and
     log_likelihood (B, S) of the measurements; covariance as independent blocks; modes by name and their probabilities

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 from ..scenarios import Simulation
 from .estimates import Answer
 
 WINDOW = 15  # rows that curves of recorded tracks run over
 
 
-@dataclass(frozen=True)
+@frozen
 class Track:
     """Position (S, axes) of one filter, probabilities (S, M) of its modes."""
 
@@ -23,7 +24,7 @@ class Track:
     probability: Array | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Example:
     """The first run: time (S,), measured and true positions (S, axes), busy (S,) where the target manoeuvres.
 

@@ -6,13 +6,13 @@ The figures are those of :func:`jink.metrics.response` and :func:`jink.metrics.d
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from ..catalogue.targets import KINDS
 from ..checks import Array
+from ..frozen import frozen
 from ..metrics import Figure, events, manoeuvring
 from ..metrics.figure import jackknife
 from ..metrics.manoeuvres import BEFORE, Bools, aligned, noticed, settling_time
@@ -54,7 +54,7 @@ def accelerated(simulation: Simulation) -> Bools:
     return manoeuvring(simulation.truth.acceleration[..., :2], threshold)
 
 
-@dataclass(frozen=True)
+@frozen
 class Truth:
     """What is true of each scan (B, S): whether the target manoeuvres in any direction, which errors show; in the
     plane, which a probability of a manoeuvre should notice; and whether it pulls more than its kind's threshold there.

@@ -12,11 +12,11 @@ Source: Blackman & Popoli 1999, ch. 16 (hypothesis trees); Salmond, SPIE 1305, 1
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..checks import by_hints
+from ..frozen import frozen
 from ..metrics.consistency import nees
 from .hypotheses import Array, Hypotheses, fuse_lightest, join, moments, switch, update
 from .priors import Prior
@@ -24,7 +24,7 @@ from .priors import Prior
 CHUNK = 250  # runs at a time: their hypotheses stay in the processor's cache
 
 
-@dataclass(frozen=True)
+@frozen
 class Reference:
     """What the reference knows after each scan.
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
+from ..frozen import frozen
 from .hypotheses import Array, Hypotheses
 
 
@@ -23,7 +24,7 @@ def piecewise_noise(sd: float, T: float) -> Array:
     return sd * sd * np.outer(G, G)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class RandomAccelerations:
     """Each axis by itself: quiet for a geometric time, then an acceleration, constant for a geometric time.
 
@@ -53,7 +54,7 @@ class RandomAccelerations:
         return replace(h, x=x, P=P)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class RandomTurns:
     """Straight for a geometric time, then a coordinated turn to the left or right for a geometric time.
 

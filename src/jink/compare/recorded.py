@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,11 +21,12 @@ from ..catalogue.purpose import Named, Purpose, Unfit
 from ..checks import Array
 from ..estimate import Status
 from ..filters.axis_by_axis import on_axes
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.loading import Reading, load_files
 from ..models.tracks import Tracks
 from ..scenarios.observation import sensor_in_words
-from ..tracking.anonymous import is_anonymous
+from ..tracking.anonymous_options import is_anonymous
 from ..tracking.converted import in_metres
 from ..tracking.noise_findings import NIS_MEAN
 from ..tracking.prepare import Settings, prepare
@@ -51,7 +52,7 @@ BLOCK = 25  # scored rows that make a unit where parts are few
 TRUTHFUL = "needs the truth"
 
 
-@dataclass(frozen=True)
+@frozen
 class Recording:
     """The tracks of a file, those in two axes or those in three, whichever has more rows.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from .. import metrics
 from ..catalogue.purpose import Named, Purpose, Unfit
 from ..checks import Array
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..metrics.errors import squared
 from ..models.outliers import Outliers
@@ -35,7 +36,7 @@ FIRST = 2  # scans before are the start of the track by two points
 LOST = 10.0  # times the position RMSE of the raw measurements, five scans in a row
 
 
-@dataclass(frozen=True)
+@frozen
 class Field:
     """What all entrants share: the scenario, what training showed, and the limit (m) of a lost track.
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import polars as pl
 
 from ..association.batch import Found, Scans, track_scans
 from ..association.tracker import Tracker
+from ..frozen import frozen
 from ..scenarios.skies import SkyRun
 from ..tracking.anonymous import sky_table
 from ..tracking.anonymous_rows import placed_tracks
@@ -18,7 +19,7 @@ from ..tracking.placing import Placed, lay
 from ..tracking.sky_picture import SkyPicture, sky_picture
 
 
-@dataclass(frozen=True)
+@frozen
 class SkyExample:
     """tracks: the table of all entrants' tracks; sky: what lies around them."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from ..association.tracker import Tracker
 from ..catalogue.choose import choose_filter, load_filter
 from ..catalogue.targets import kind_of
 from ..checks import unknown
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..metrics.air_picture import Siap, siap
 from ..metrics.clear_mot import ClearMot, clear_mot
@@ -23,7 +23,7 @@ from ..scenarios.skies import Sky, SkyRun, sky_called
 from .sky_example import SkyExample, example_of
 
 
-@dataclass(frozen=True)
+@frozen
 class SkyEntrant:
     """A filter and an association, what they came to, and milliseconds of CPU per scan."""
 
@@ -35,7 +35,7 @@ class SkyEntrant:
     milliseconds: float
 
 
-@dataclass(frozen=True)
+@frozen
 class SkyRace:
     """The sky, how often it was run, and the entrants in the order they were named."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from ..frozen import frozen
 from ..scenarios import Scenario, Simulation
 from ..scenarios.observation import in_words
 
@@ -14,7 +14,7 @@ TRAINING = 1 << 40  # numbers of the training runs begin here: no race reaches t
 TRAINING_ROWS, TRAINING_RUNS = 36_000, 200
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Source:
     """Runs to score, and runs to be fitted on.
 

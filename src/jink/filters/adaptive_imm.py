@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import isfinite
 from typing import ClassVar, Unpack
 
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._engine import native
 from ..checks import PerAxis, items, numbers, per_axis, positive
+from ..frozen import frozen
 from ..models.motion import AnyMotion, ConstantVelocity, NativeMode, NativeMotion, manoeuvres, name_of
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
@@ -21,7 +21,7 @@ from .parts import Parts
 from .plain import MODES
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class AugmentedAcceleration:
     """Constant velocity driven by an acceleration that is a random walk, state [p v a] per axis: the optimal augmented
     filter.
@@ -47,7 +47,7 @@ class AugmentedAcceleration:
         return NativeMode(kind=self._kind, axes=axes, parameters=[*noise, *bias], prior_variance=prior)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class TwoStageAcceleration(AugmentedAcceleration):
     """The two-stage estimator of the same acceleration: one filter without it, one that finds it from the innovations.
 
@@ -67,7 +67,7 @@ class TwoStageAcceleration(AugmentedAcceleration):
 Estimator = AugmentedAcceleration | TwoStageAcceleration
 
 
-@dataclass(frozen=True)
+@frozen
 class AccelerationLevel:
     """A motion model with a known acceleration (m/s², one number or one per axis): x⁻ = f(x) + G u.
 

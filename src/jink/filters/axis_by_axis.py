@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..checks import Array, whole
 from ..estimate import Estimate, Status
+from ..frozen import frozen
 from ..models.sensor import Position
 from .bank import Bank
 from .source import BatchSource
@@ -177,7 +178,7 @@ class AxisByAxis:
         return AxesEstimate(self.components, self.modes, out, self.non_manoeuvring, self.axes)
 
 
-@dataclass(frozen=True)
+@frozen
 class AxesSource:
     """Rows of which every axis is a track: first all tracks along x, then along y (and z)."""
 

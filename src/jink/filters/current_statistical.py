@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from .._engine import native
 from ..checks import one_of, positive
+from ..frozen import frozen
 from ..models.motion import NativeMode
 from ..models.outliers import Outliers
 from ..models.sensor import Sensor
@@ -17,7 +17,7 @@ from .kalman import Kalman
 MEMBERSHIPS = {"exponential": native.Adapt.fuzzy_limits, "triangular": native.Adapt.straight_limits}
 
 
-@dataclass(frozen=True)
+@frozen
 class FuzzyLimits:
     """The largest acceleration to expect, from the acceleration there is: a_max(a) = a_th M(a).
 
@@ -81,7 +81,7 @@ class FuzzyLimits:
         return [float(v) for v in (self.side(True)[0], self.side(False)[0], self.up, self.down)]
 
 
-@dataclass(frozen=True)
+@frozen
 class LimitWidening:
     """Limits that widen in a scan whose measured position the filter did not expect.
 
@@ -100,7 +100,7 @@ class LimitWidening:
         positive("LimitWidening.times", self.times)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class CurrentStatistical:
     """Exponentially correlated acceleration about a mean that is its current estimate, state [p v a] per axis.
 

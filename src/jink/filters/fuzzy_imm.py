@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._engine import native
+from ..frozen import frozen
 from ..models.fuzzy import PUBLISHED, FuzzyRules
 from ..models.motion import ConstantVelocity, NativeMode, NativeMotion, manoeuvres, name_of
 from ..models.outliers import Outliers
@@ -19,7 +19,7 @@ from ..models.switching import Transition
 from .imm import IMM
 
 
-@dataclass(frozen=True)
+@frozen
 class FuzzyNoise:
     """A motion model whose noise variance comes from rules, along each axis or along and across the track.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from .._engine import native
 from ..checks import with_attributes
+from ..frozen import frozen
 from ..models.motion import AnyMotion, NativeMode, NativeMotion, manoeuvres, name_of
 from ..models.network import Network
 from ..models.noise_network import ModeNetwork, NoiseNetwork
@@ -29,7 +29,7 @@ def layers(network: Network) -> tuple[list[int], list[float]]:
     return sizes, numbers
 
 
-@dataclass(frozen=True)
+@frozen
 class NetworkNoise:
     """A motion model whose noise variance a network chooses anew in each scan: NNVSMM, "parameter-based".
 

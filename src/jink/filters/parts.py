@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from .._engine import native
 from ..checks import Array
+from ..frozen import frozen
 
 # the largest layer of a network, and the most membership functions of an ANFIS, that the engine runs
 LARGEST_LAYER = 128
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Parts:
     """What makes a filter other than an IMM.
 

@@ -7,11 +7,12 @@ rows are put together where they are asked for.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from .._engine import native
+from ..frozen import frozen
 from . import memory
 
 FEWEST = 200_000  # rows: of fewer, all covariances take little
@@ -19,7 +20,7 @@ TIMES = 16  # that each is repeated, on average
 BLOCK = 4_000  # rows that are put together at once: few enough for the cache
 
 
-@dataclass(frozen=True)
+@frozen
 class RowNoise:
     """Covariances (N, m, m) of m components, or their variances (N, m) where they are not `full`.
 
@@ -108,7 +109,7 @@ class RowNoise:
         return all((some == each[:1]).all() for each in self.entries.values() for some in (each[:1000], each))
 
 
-@dataclass(frozen=True)
+@frozen
 class Repeated:
     """Rows that have few different ones, as those of one target and file: each once.
 

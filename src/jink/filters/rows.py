@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._engine import native
 from ..checks import Array, numbers, whole
+from ..frozen import frozen
 from ..models.start import Prior
 from ..times import seconds
 from .row_noise import RowNoise
@@ -23,7 +24,7 @@ class Added(NamedTuple):
     offsets: NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+@frozen
 class Batch:
     """Rows of tracks laid end to end, checked: what the engine runs on.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from ..checks import Array
 from ..estimate import Estimate, Status
+from ..frozen import frozen
 from .rows import Batch
 
 
-@dataclass(frozen=True)
+@frozen
 class BatchSource:
     """A filter and its rows. smooth: whether every row's estimate uses its whole track."""
 

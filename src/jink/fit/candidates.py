@@ -5,7 +5,6 @@ starts.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
@@ -15,6 +14,7 @@ from ..compare.own_filters import made
 from ..filters.current_statistical import CurrentStatistical
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
+from ..frozen import frozen
 from ..io.own_code import loaded
 from ..models.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, Singer
 from ..models.switching import Sojourn
@@ -23,7 +23,7 @@ VERTICAL = 0.35  # of the horizontal accelerations, where height is measured
 QUIET, MANOEUVRE = 60.0, 16.0  # s: mean stays that the fits start from
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Candidate:
     """A filter to be fitted: made(purpose); parts, what it is made of, by the keys of `WORDS`;
     code: the file and name of one of your own."""

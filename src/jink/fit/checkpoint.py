@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..filters.plain import write
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..models.tracks import Tracks
 from .objectives import Objective
@@ -18,7 +19,7 @@ from .optimise import State
 from .parameters import Parameters
 
 
-@dataclass(frozen=True)
+@frozen
 class Checkpoint:
     """A file for the states of one search; ``print`` identifies its data, filter and objective."""
 

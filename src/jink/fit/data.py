@@ -5,7 +5,7 @@ is any.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from ..compare.result import Race
 from ..compare.simulated import FIRST, prepare, race
 from ..compare.source import drawn
 from ..filters.axis_by_axis import of_one_axis
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..models.tracks import Tracks, joined
 from ..scenarios import Scenario, by_name
@@ -36,7 +37,7 @@ SIMULATED_TRUTH = {
 MEASURED_AS = {"p": "x", "v": "velocity_x"}  # roles whose units true positions and velocities may be in
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Training:
     """tracks to fit on; the purpose that filters are made for; check(entrants): a race on data held out, some of whose
     tracks are held_out; apart: what keeps the two from meeting, as a filter's file says it; words for people; joint():

@@ -6,13 +6,14 @@ target, a run): what each adds to the gradient. From their spread standard error
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from ..checks import Array
 from ..estimate import Status
+from ..frozen import frozen
 from ..models.tracks import Tracks
 from .gradient import differentiable, gradient
 from .parameters import Parameters
@@ -43,7 +44,7 @@ class Objective(Protocol):
     def value(self, filter: Any, tracks: Tracks) -> float: ...
 
 
-@dataclass(frozen=True)
+@frozen
 class Likelihood:
     """−(1/n) Σ ln p(z), n the measured rows after the start of their track, without those that only repeat
     (`Tracks.new`).
@@ -75,7 +76,7 @@ def scored_rows(tracks: Tracks) -> float:
     return max(float(np.maximum(np.diff(seen) - TWO_POINT, 0).sum()), 1.0)
 
 
-@dataclass(frozen=True)
+@frozen
 class Prediction:
     """Mean over families and measured components of ln RMSE(z − h(x predicted `ahead` scans before)), where rows
     count.
@@ -121,7 +122,7 @@ def predicted_residual(filter: Any, tracks: Tracks) -> Array:
     return tracks.z - found.x[::2][:, index]
 
 
-@dataclass(frozen=True)
+@frozen
 class Tracking:
     """Mean over families and quantities (position, velocity, …) of ln RMSE against the truth, where rows count.
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..catalogue.tuning import lowest
 from ..checks import Array
+from ..frozen import frozen
 from ..models.tracks import Tracks
 from .gradient import differentiable
 from .objectives import NotFinite, Objective
@@ -42,7 +43,7 @@ class State:
     seconds: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Found:
     """u (P,); the figure there on all training tracks, prior left out; was the search cut short, and by Ctrl-C?
 

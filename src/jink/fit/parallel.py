@@ -11,11 +11,11 @@ import threading
 import time as clock
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from dataclasses import dataclass
 from multiprocessing import parent_process
 from typing import Any
 
 from ..filters.loading import built
+from ..frozen import frozen
 from ..io.own_code import loaded
 from ..models.tracks import Tracks
 from .objectives import Objective
@@ -23,7 +23,7 @@ from .optimise import Found, OutOfTime, Search
 from .parameters import Parameters
 
 
-@dataclass(frozen=True)
+@frozen
 class Job:
     """A filter to be fitted: its name, its description, the names of the parameters that are free."""
 
@@ -39,7 +39,7 @@ class Job:
         return built(self.body, own=bool(self.code))
 
 
-@dataclass(frozen=True)
+@frozen
 class Outcome:
     """What was found, or why nothing was."""
 

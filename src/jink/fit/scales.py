@@ -7,12 +7,12 @@ p/(1 − p);   rows that sum to one: uⱼ = ln pⱼ/p_ref
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 
 Path = tuple[str | int, ...]
 
@@ -31,7 +31,7 @@ class Part(Protocol):
     def values(self, body: Any) -> list[float]: ...
 
 
-@dataclass(frozen=True)
+@frozen
 class Number:
     """One number, at one place of a filter's description or at several that stay equal."""
 
@@ -70,7 +70,7 @@ class Number:
         return [float(at(body, self.paths[0]))]
 
 
-@dataclass(frozen=True)
+@frozen
 class Row:
     """Probabilities that sum to one, those of `places`; the others stay zero."""
 
@@ -102,7 +102,7 @@ class Row:
         return [float(row[j]) for j in self._others()]
 
 
-@dataclass(frozen=True)
+@frozen
 class Limits:
     """Fuzzy limits, kept where they are valid: a_th above a_up, k₁ and k₂ below a_th ln(a_th/a_up)/(a_th − a_up).
 
@@ -153,7 +153,7 @@ class Limits:
         return [float(limits[name]) for name in self._fields()]
 
 
-@dataclass(frozen=True)
+@frozen
 class Together:
     """Positive numbers of many modes that keep their proportions; u = ln of the first."""
 
@@ -177,7 +177,7 @@ class Together:
         return [float(at(body, self.paths[0]))]
 
 
-@dataclass(frozen=True)
+@frozen
 class Stay:
     """The probability to stay in the first of many modes; the other rows' chances to leave keep their proportions to
     its.

@@ -16,6 +16,7 @@ from ..catalogue.purpose import Unfit
 from ..checks import unknown
 from ..compare.entrants import Entrant
 from ..compare.result import Race
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.own_code import is_code
 from ..metrics import Comparison
@@ -32,7 +33,7 @@ KEPT = 0.3  # of the budget is for the race and the best one's standard errors
 Progress = Callable[[str, int, int], None]
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Ranked:
     """One candidate: score on held-out data (smaller is better), how far behind the best in what was fitted for,
     parameters.

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -21,10 +20,12 @@ from ..association.tracker import Tracker
 from ..catalogue.choose import load_filter
 from ..catalogue.targets import kind_of
 from ..checks import Array
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.loading import Reading, load_files
 from ..models.radar import Radar
-from ..tracking.anonymous import Anonymous, beliefs_of
+from ..tracking.anonymous import beliefs_of
+from ..tracking.anonymous_options import Anonymous
 from ..tracking.anonymous_rows import placed_plots, scans_of
 from ..tracking.placing import Placed
 from ..tracking.prepare import Pace, Settings, choose
@@ -44,7 +45,7 @@ class _Stop(Exception):
     """The time is over."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SkyFit:
     """parameters: of each its name, value before and after, and 95 % interval (None: unknown), in its own units.
 
@@ -99,7 +100,7 @@ class SkyFit:
         return body | {"objective": "likelihood", "options": self.options()}
 
 
-@dataclass(frozen=True)
+@frozen
 class _Sky:
     """The plots in scans, and what makes a tracker of parameters."""
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from dataclasses import dataclass
 from pathlib import Path
 
+from ..frozen import frozen
 from . import unpacking
 from .errors import InputError
 
@@ -14,7 +14,7 @@ OWN = ".rejected.parquet"  # what jink writes beside its output
 OFFICE = ("[Content_Types].xml", "META-INF/manifest.xml", "mimetype")
 
 
-@dataclass(frozen=True)
+@frozen
 class Member:
     """One file of an archive."""
 

@@ -13,8 +13,9 @@ import difflib
 import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from ..frozen import frozen
 from .errors import InputError, NoTable
 from .roles import ALTITUDES, CUSTOMARY_UNIT, MARKS, POSITIONS, ROLES
 from .units import CLOCKS
@@ -28,7 +29,7 @@ SEVERAL = ("target", "time", "altitude")  # roles for which other columns are ke
 WORDS = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
-@dataclass(frozen=True)
+@frozen
 class Column:
     """One recognised column: its name in the table, its unit in SI units (None: the name does not say), and the name
     that people know it by where that is another.
@@ -39,7 +40,7 @@ class Column:
     shown: str = ""
 
 
-@dataclass(frozen=True)
+@frozen
 class Columns:
     """The recognised columns of one table by role, which kind of position they hold, and others that may be meant.
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 import polars as pl
 
+from ..frozen import frozen
 from .errors import InputError
 
 
-@dataclass(frozen=True)
+@frozen
 class Conventions:
     """What the user says of times and axes: day_first, time_format (strftime), time_zone of times without one; axes
     `enu` or `ned`; azimuth clockwise from `north` or from `grid` north, or counter-clockwise from `east` (the x axis);
@@ -42,7 +43,7 @@ NONE = Conventions()
 YEARS = -6.21e10, 2.5e11  # s since 1970: the years 2 and 9892; what writes dates knows no others
 
 
-@dataclass(frozen=True)
+@frozen
 class Times:
     """Seconds (since 1970 when `absolute`), NaN where unreadable, and what had to be assumed.
 

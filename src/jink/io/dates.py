@@ -7,10 +7,11 @@ no form fits is NaN. Forms of two numbers and a year (`03/04/2024`) give two rea
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import polars as pl
+
+from ..frozen import frozen
 
 HOUR = r"(?P<H>\d{1,2}):(?P<M>\d{2})(?::(?P<S>\d{2})(?:[.,:](?P<f>\d{1,9})\d*)?)?(?: ?(?P<p>[AaPp])\.?[Mm]\.?)?"
 # zones by name, hours east of Greenwich: those of RFC 2822, and those that no other zone shares a name with
@@ -43,7 +44,7 @@ OTHER_MONTHS = {
 OF_DAY = rf"^{HOUR}{ZONE}$"
 
 
-@dataclass(frozen=True)
+@frozen
 class Reading:
     """One way to read a text column: seconds since 1970 (NaN: not so), which are without a zone, and its words."""
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+
+from ..frozen import frozen
 
 EARTH_RADIUS = 6_371_000.0
 ROWS = 20_000  # rows that are looked at
@@ -13,7 +14,7 @@ FASTEST = 1500.0  # m/s: nothing that is tracked goes faster, rockets and satell
 SLOWEST = 0.05  # m/s: what goes slower does not move
 
 
-@dataclass(frozen=True)
+@frozen
 class Motion:
     """Positions as they follow each other: target (N,) numbers, first and second (N,), their kind, reported (N,) speed
     in its own unit, or none.

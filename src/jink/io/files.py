@@ -12,19 +12,18 @@ import io
 import os
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import polars as pl
 
+from ..frozen import frozen
 from . import ahead
 from .archives import Member, files_inside, members
 from .encodings import plain_text, western_text
 from .errors import InputError, NoTable
 from .formats import csv as csv_text
 from .formats import json as json_text
-from .formats import nested
-from .formats.registry import FORMATS
 from .rejected import unreadable
 from .stages import stage
 from .unpacking import gunzip, most_unpacked, too_large, zstd_size
@@ -53,7 +52,7 @@ FOREIGN = {
 }
 
 
-@dataclass(frozen=True)
+@frozen
 class Table:
     """One input file: its name, its columns, and how to read some of them; notes on its content, and the columns that
     its format fixes (role with a unit: name).
@@ -208,6 +207,8 @@ def open_content(file: str, content: bytes) -> Table:
     start = content[:4096].lstrip()[:1]
     if not start and not content.strip():
         raise InputError(f"{file} is empty")
+    from .formats.registry import FORMATS  # many files, which binary tables do not need
+
     head = content[:HEAD].lstrip()
     for known in FORMATS:
         if known.recognises(head):
@@ -231,6 +232,8 @@ def open_content(file: str, content: bytes) -> Table:
 
 def _json(file: str, content: bytes) -> Table:
     """Objects whose first level names a position, or what nests deeper."""
+    from .formats import nested
+
     text: json_text.JsonText | None = None
     try:
         text = json_text.JsonText(file, content)
@@ -244,6 +247,8 @@ def _json(file: str, content: bytes) -> Table:
 
 
 def _nested(file: str, content: bytes) -> Table | None:
+    from .formats import nested
+
     try:
         records = nested.read(file, content)
     except InputError:

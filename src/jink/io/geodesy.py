@@ -19,11 +19,11 @@ between places up to 12,000 km. Between places further apart, `pyproj.Geod` find
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from .._engine import native
+from ..frozen import frozen
 
 EQUATOR, FLATTENING = native.earth_equator, native.earth_flattening  # of WGS84: half the axis in m
 ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)  # eccentricity squared
@@ -31,7 +31,7 @@ LONG = 1.2e7  # m: from here on `pyproj` finds geodesics between places
 EXCURSION = 1e5  # m: a lone position this far out and back hangs beside the chain of legs instead of carrying it
 
 
-@dataclass(frozen=True)
+@frozen
 class DevelopedFrame:
     """Positions in the plane, (N,) each in metres; NaN where none was measured.
 
@@ -57,7 +57,7 @@ class DevelopedFrame:
         return latitude, longitude, convergence
 
 
-@dataclass(frozen=True)
+@frozen
 class SiteFrame:
     """East, north and up at a site: latitude, longitude in degrees, altitude in metres (ellipsoid)."""
 

@@ -7,13 +7,14 @@ the names alone do not tell.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from ..frozen import frozen
 from .columns import normal
 from .conventions import Conventions
 
 
-@dataclass(frozen=True)
+@frozen
 class Layout:
     """Who writes such tables, the names that it has (all of `names`, one of `some`), what it fixes, and why."""
 

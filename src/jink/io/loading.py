@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 import polars as pl
 
+from ..frozen import frozen
 from .columns import Columns, recognise
 from .conventions import Conventions
 from .errors import InputError, NoTable
@@ -23,7 +24,7 @@ from .stages import stage
 LOCAL = (mot.FORMAT.title,)  # formats that number the targets of each file from 1
 
 
-@dataclass(frozen=True)
+@frozen
 class Reading:
     """How columns are to be read: role to name, units where names do not say, coordinates checked or not, and the
     conventions of times and axes; keep: columns that go through to the output (None: those that say who a target is).
@@ -45,7 +46,7 @@ class Reading:
             raise InputError(f"time_unit is {self.time_unit!r}; expected 's', 'ms', 'us' or 'ns'")
 
 
-@dataclass(frozen=True)
+@frozen
 class Loaded:
     """Measurements of all inputs together; `count` is the number of rows read, rejected ones included."""
 
@@ -54,7 +55,7 @@ class Loaded:
     count: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Opened:
     """A file whose columns are recognised, and how its rows become measurements."""
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 import re
 import zlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
 import polars as pl
 
+from ..frozen import frozen
 from .errors import InputError
 from .files import UNREADABLE, Rows, Table, name_of, open_content
 from .formats.csv import CsvText
@@ -25,7 +25,7 @@ HEAD = 1 << 18
 GZIP = b"\x1f\x8b"
 
 
-@dataclass(frozen=True)
+@frozen
 class Pieced:
     """A table that is read in pieces: its first piece as a `Table`, and all of them for some columns."""
 

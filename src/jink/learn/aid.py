@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from ..catalogue.tuning import best_noise
 from ..checks import Array
 from ..estimate import Status
 from ..filters.kalman import Kalman
+from ..frozen import frozen
 from ..metrics.figure import ratio_influence, spread
 from ..models.corrector import CORRECTS, INPUTS, MOST_SD, MOST_SUMS, Corrector, history_of
 from ..models.motion import ConstantAcceleration
@@ -21,7 +22,7 @@ from .data import Runs
 from .mlp import fit_network
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@frozen(kw_only=True, eq=False)
 class Seen:
     """What a filter saw and said at every scan, (B, S, axes) each.
 

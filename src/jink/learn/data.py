@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import os
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..checks import Array, positive
+from ..frozen import frozen
 from ..models.tracks import Tracks
 from ..scenarios import Scenario, by_name
 
 SPLIT = (0.6, 0.2)  # shares for training and validation; the rest is for the test
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@frozen(kw_only=True, eq=False)
 class Runs:
     """Measured positions with their truth: run b, scan k, axis a.
 

@@ -6,20 +6,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 from ..io.temporary import atomically
 
 OPTIMISERS = ("ga", "cma")
 Progress = Callable[[int, float, Array], None]  # generation, least loss so far, its chromosome
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Chromosome:
     """``genes`` numbers in [0, 1]; the last ``bits`` are a binary string, in which one half or more is 1.
 

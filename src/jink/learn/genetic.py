@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..checks import Array, positive
+from ..frozen import frozen
 from ..metrics.draws import Draws
 from ..models.fuzzy import FuzzyRules
 from ..models.provenance import VERSION, Trained
@@ -24,7 +24,7 @@ FIELDS = 5  # of a rule: c1 s1 c2 s2 w
 NARROWEST, WIDEST = 0.02, 2.0  # a membership's spread, in ranges of its input
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Settings:
     """Table 1 of the paper; weight is its λ. unit (m): errors count in it, the paper's in kilometres.
 
@@ -54,7 +54,7 @@ class Settings:
             raise ValueError(f"widen: expected a number from 1, got {self.widen:g}")
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Encoding:
     """Chromosomes and what they mean: a parameter string, five genes a rule, and a binary string of the rules that
     hold.

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
+
+from ..frozen import frozen
 
 SHARES = (0.01, 0.1, 1.0)  # of the kind's acceleration: inputs of the sub-models, as in the paper
 RANGE = (1e-3, 3.0)  # of the kind's acceleration: sds of noise that networks choose from
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class How:
     """What `jink learn` was asked for; None where the recipe has a default of its own.
 

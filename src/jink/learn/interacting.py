@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 from ..models.fuzzy import FuzzyRules
 from ..models.provenance import VERSION, Trained
 from .candidates import errors_along_track
@@ -22,7 +23,7 @@ NARROWEST_ALONG = 0.03
 RAREST = 9.0  # −log of the least odds of leaving for another mode
 
 
-@dataclass(frozen=True)
+@frozen
 class FuzzyModes:
     """Modes and how they switch: rules of each, transition[i, j] per scan; ``across``: those across the track, where
     ``modes`` hold along it.
@@ -33,7 +34,7 @@ class FuzzyModes:
     across: tuple[FuzzyRules, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class ModesEncoding:
     """Genes in [0, 1]: per mode and rule c1 s1 c2 s2 and the noise's sd (m/s², in logarithms from least to most), then
     the odds of going from mode i to mode j, e^−9 to 1 against staying. along_track: every mode has as many rules across

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from ..frozen import frozen
 from ..models.plane_corrector import PlaneCorrector
 from ..models.sensor import Position
 from ..scenarios.random import RandomAccelerations, RandomTurns
@@ -18,7 +17,7 @@ SCANS, RUNS = 140, 8  # of a family
 STRAIGHT = 1e9  # s: nobody manoeuvres
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Spread:
     """How the targets and the sensors of a kind differ: ranges, drawn evenly in the logarithm.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..checks import Array
 from ..estimate import Status
+from ..frozen import frozen
 
 FIRST = 5  # scans of a track that are not learned from
 TURNING = 1.5  # m/s²: a target that accelerates more in the plane
@@ -17,7 +17,7 @@ FEWEST_TURNING = 50  # rows
 FAST, SLOW, AVERAGE, MOST, FASTEST = 0.6, 0.85, 0.04, 10.0, 6.0
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@frozen(kw_only=True, eq=False)
 class Pairs:
     """Rows to learn from.
 
@@ -42,7 +42,7 @@ class Pairs:
         return Pairs(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Weighing:
     """What the square of an error counts. turning: share of all squares that is of turning targets; cap: NEES over 4 at
     which a square counts half, so that a few lost tracks do not decide.
@@ -55,7 +55,7 @@ class Weighing:
 PLAIN = Weighing()
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@frozen(kw_only=True, eq=False)
 class Watched:
     """Of each scan of many tracks (B, S): the combined estimate before and after it, and the modes' probabilities."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,11 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._engine import native
 from ..checks import Array, thread_count
+from ..frozen import frozen
 from ..models.fuzzy import FuzzyRules
 from .data import Runs
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@frozen(kw_only=True, eq=False)
 class Errors:
     """RMS errors of each candidate at each scan: position (I, S) m and velocity (I, S) m/s; NaN before tracks start."""
 

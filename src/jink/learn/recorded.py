@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 from ..models.tracks import Tracks
 
 BREAK = 60.0  # s without a true position: a new track begins
@@ -23,7 +23,7 @@ HEIGHT_SD = 10.0  # m
 COMPONENTS = ("px", "py", "vx", "vy", "ax", "ay")
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Flown:
     """True position, velocity and acceleration (n, axes) at time (n,) of a target; NaN: unknown."""
 
@@ -39,7 +39,7 @@ class Flown:
         return np.asarray(np.isfinite(self.position + self.velocity).all(axis=1))
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Radar:
     """period (s), sd (m) of range, and of azimuth (rad) if it does not err alike in all directions; share of gross
     errors; axes: 2 without heights, 3 with them.

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 from ..models.noise_network import LEAST_NIS, NoiseNetwork
 from .data import Runs
 from .mlp import fit_network
@@ -14,7 +13,7 @@ from .mlp import fit_network
 LEVELS = np.arange(1.0, 197.0, 5.0)  # 1, 6, … 196: the paper's 40 levels, in units of its sensor's sd²/T⁴
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Bank:
     """Filters of constant noise, (L, B, S, 2): squared error, residual, and its variance (L, B, S); from the third scan
     on.

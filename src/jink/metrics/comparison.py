@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import Array, by_hints
+from ..frozen import frozen
 from .errors import as_error, rmse_influence
 from .figure import Figure, mean_over_runs, present, spread, student_quantile
 
 
-@dataclass(frozen=True)
+@frozen
 class Comparison:
     """Two filters on the same runs.
 

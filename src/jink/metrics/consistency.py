@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import Array, by_hints
+from ..frozen import frozen
 from .chi_square import band
 from .errors import as_error
 from .figure import Figure, mean_over_runs, present, ratio
 
 
-@dataclass(frozen=True)
+@frozen
 class Consistency:
     """Normalised squared errors against χ².
 

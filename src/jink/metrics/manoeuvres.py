@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..checks import Array, by_hints
+from ..frozen import frozen
 from .errors import squared
 from .figure import Figure, jackknife, ratio
 
@@ -58,7 +58,7 @@ def aligned(
     return np.where(there, square[found[:, :1], np.where(there, column, 0)], np.nan)
 
 
-@dataclass(frozen=True)
+@frozen
 class Response:
     """What an onset (or end) does to the error: peak of the RMSE over events; settling in scans, inf if never.
 
@@ -129,7 +129,7 @@ def settling_time(curve: Array, level: float) -> float:
     return math.inf if above[-1] == known[-1] else float(above[-1] + 1)
 
 
-@dataclass(frozen=True)
+@frozen
 class Detection:
     """How manoeuvres are noticed.
 

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import prod
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import Array
+from ..frozen import frozen
 from .fuzzy import _tuples
 
 PARAMETERS = {"triangular": 3, "gaussian": 2, "bell": 3}  # of a membership function
 NOWHERE = 1e-9  # a total firing below this fades the answer to zero
 
 
-@dataclass(frozen=True)
+@frozen
 class Anfis:
     """First-order Sugeno rules on a grid of membership functions.
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from .._engine import native
 from ..checks import positive
+from ..frozen import frozen
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Coasting:
     """A target without measurements ceases to manoeuvre: a' = −a / manoeuvre, vz' = −vz / climb, ω' = −ω / manoeuvre.
 

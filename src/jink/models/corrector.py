@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import Array, positive
+from ..frozen import frozen
 from .anfis import Anfis
 from .network import Network
 from .provenance import Trained
@@ -24,7 +24,7 @@ def history_of(inputs: str, count: int) -> int:
     return {"titi-guney": 0, "innovations": count, "sums": 2 ** (count - 1)}[inputs]
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Corrector:
     """A correction of the estimate along each axis by itself, x̂ + c(u) · unit, from what the filter has just seen.
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import Array, numbers, positive, whole
+from ..frozen import frozen
 from .provenance import Trained
 
 LEAST_REACH, MOST_REACH = 0.3, 1000.0  # how far from zero rules may be about something, in the sensor's sd
 
 
-@dataclass(frozen=True)
+@frozen
 class FuzzyRules:
     """Sugeno rules over a residual r and its change Δr (m): the variance (m²/s⁴) of the acceleration noise.
 

@@ -10,11 +10,11 @@ dt)``; see :mod:`jink.stepwise`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 from .._engine import native
 from ..checks import PerAxis, exactly_one, number, per_axis, positive
+from ..frozen import frozen
 
 # what the engine takes of a motion model
 NativeMode = native.Mode
@@ -31,7 +31,7 @@ def _kind(name: str) -> native.NoiseKind:
     return NoiseKind.continuous if name.endswith("_psd") else NoiseKind.piecewise
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class ConstantVelocity:
     """Constant velocity with random accelerations, state [p v] per axis.
 
@@ -66,7 +66,7 @@ class ConstantVelocity:
         )
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class ConstantAcceleration:
     """Constant acceleration with random changes, state [p v a] per axis.
 
@@ -108,7 +108,7 @@ class ConstantAcceleration:
         )
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Singer:
     """Exponentially correlated acceleration, state [p v a] per axis.
 
@@ -137,7 +137,7 @@ class Singer:
         )
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class CoordinatedTurn:
     """Horizontal turn at an unknown rate ω, state [px vx py vy (pz vz) ω]; the vertical is a constant velocity of its
     own.
@@ -181,7 +181,7 @@ class CoordinatedTurn:
         )
 
 
-@dataclass(frozen=True)
+@frozen
 class KnownTurn:
     """Horizontal turn at a known rate (rad/s, positive counter-clockwise), state [p v] per axis; linear.
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import Array
+from ..frozen import frozen
 from .fuzzy import _tuples
 
 
-@dataclass(frozen=True)
+@frozen
 class Network:
     """y = W_L tanh(… tanh(W₁ u + b₁) …) + b_L.
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import Array, positive
+from ..frozen import frozen
 from .network import Network
 from .provenance import Trained
 
@@ -17,7 +18,7 @@ OUTPUTS = ("variance", "log-variance")
 LEAST_NIS = 0.01  # log NIS is log(NIS + this): below it a residual says nothing more
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class NoiseNetwork:
     """The variance q of the acceleration noise (m²/s⁴) for a scan, chosen by a network.
 
@@ -105,7 +106,7 @@ class NoiseNetwork:
         return self.least * (self.most / self.least) ** (0.5 * (1 + np.tanh(0.5 * y)))
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class ModeNetwork:
     """The weights of M modes, from those of the scan before and how well each mode explains the measurement.
 

@@ -1,12 +1,12 @@
 """Measurements that are not of the target: the share of outliers, and how far off they may lie."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from ..checks import positive, whole
+from ..frozen import frozen
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Outliers:
     """A measurement is the target's with probability 1 − share, else anything within the sensor's extent.
 

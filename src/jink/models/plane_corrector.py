@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ..checks import numbers, positive
+from ..frozen import frozen
 from .provenance import Trained
 
 ODD = 6  # inputs that change sign when the plane is mirrored along the course
@@ -20,7 +20,7 @@ def even_inputs(modes: int) -> int:
     return 12 + 2 * (modes - 1)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class PlaneCorrector:
     """What an IMM's estimate of position and velocity in the plane lacks, in units of its own sds.
 

@@ -1,12 +1,13 @@
 """Where a fitted model comes from: it travels with the model into every file."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from ..frozen import frozen
 
 VERSION = "0.1.0"
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Trained:
     """What a model was trained on and how, and what it reached on runs it had not seen.
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import inf, pi
 
 import numpy as np
 
 from ..checks import PerAxis, numbers, positive, probability
+from ..frozen import frozen
 from .sensor import Polar, Position, Sensor
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Radar:
     """A sensor whose plots have no names.
 

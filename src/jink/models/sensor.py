@@ -8,7 +8,6 @@ optionally ``jacobian(x)`` and ``residual(z, h)``; see :mod:`jink.stepwise`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import log, pi
 from typing import Any, ClassVar, Literal, Protocol
 
@@ -29,6 +28,7 @@ from ..checks import (
     positive,
     whole,
 )
+from ..frozen import frozen
 from .observed import Moving, Observed, from_site, in_axes, to_positions
 from .outliers import Outliers
 
@@ -51,7 +51,7 @@ def _noise(sd: list[float] | None, matrix: ArrayLike | None, rows: int) -> tuple
     return True, packed(full)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Position(Observed):
     """Cartesian position, z = p + v, v ~ N(0, R); sd (m; one, or one per axis) or covariance (axes by axes).
 
@@ -100,7 +100,7 @@ class Position(Observed):
         return (horizontal, horizontal, vertical)[: self.axes]
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class PositionVelocity(Observed):
     """Cartesian position and velocity (ADS-B, GPS), z = [p…, v…] + noise; sd (m), velocity_sd (m/s), or covariance.
 
@@ -194,7 +194,7 @@ class PositionVelocity(Observed):
         return np.concatenate([p, s[:, None] * along], axis=1), R
 
 
-@dataclass(frozen=True)
+@frozen
 class Bearing(Observed):
     """Azimuth (rad) of the target from a site: clockwise from +y (north), or with reference="east" counter-clockwise
     from +x.
@@ -238,7 +238,7 @@ class Bearing(Observed):
         return (2 * pi,)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Polar(Observed):
     """Radar: range (m), azimuth (rad), optionally elevation (rad) or height (m), optionally range rate (m/s), from a
     site.

@@ -1,11 +1,11 @@
 """How a track starts: from two points, from one, or from a given estimate."""
 
-from dataclasses import dataclass
-
 from numpy.typing import ArrayLike
 
+from ..frozen import frozen
 
-@dataclass(frozen=True, kw_only=True)
+
+@frozen(kw_only=True)
 class TwoPoint:
     """Start by two-point differencing: v = (z₂ − z₁)/T, P = [R, R/T; R/T, 2R/T²] per axis.
 
@@ -21,14 +21,14 @@ class TwoPoint:
     bounded: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class OnePoint:
     """Start from one point: velocity zero with ``velocity_sd`` (m/s). The likelihood counts from the second point."""
 
     velocity_sd: float
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Prior:
     """A given start: mean x (n,) or (B, n) and covariance P (n, n) or (B, n, n).
 

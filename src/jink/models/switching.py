@@ -1,15 +1,15 @@
 """How modes switch: a transition matrix per scan, or a chain in continuous time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import MOST, Array, numbers, positive, whole
+from ..frozen import frozen
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Sojourn:
     """Mode switching in continuous time: mean ``seconds`` spent in each mode, then ``to`` (rows sum to one, diagonal
     zero).

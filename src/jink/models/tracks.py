@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 
 OF_ROWS = ("time", "z", "covariance", "sensor", "truth", "counts", "new")
 OF_TRACKS = ("owner", "family")
 
 
-@dataclass(frozen=True)
+@frozen
 class Tracks:
     """Measurements of many tracks laid end to end, as ``filter`` takes them, and what is known about them.
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
+from ..frozen import frozen
 
-@dataclass(frozen=True)
+
+@frozen
 class Line:
     """One line: x and y (n,), NaN where it breaks; faint for what is there to compare with; marks: points, no line."""
 
@@ -19,7 +20,7 @@ class Line:
     marks: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Chart:
     """Lines over common axes.
 
@@ -35,7 +36,7 @@ class Chart:
     shaded: Sequence[tuple[float, float]] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Surface:
     """values (rows y, columns x) over the grids x and y, coloured from the least to the largest; unit of the values."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from ..catalogue.purpose import Named, Purpose
 from ..checks import Array
 from ..compare.result import Race
 from ..compare.scores import NAN, Tally, efficiency
+from ..frozen import frozen
 from ..metrics import Figure
 from ..metrics.figure import ratio_influence, spread
 from ..scenarios import Scenario, Simulation
@@ -25,7 +26,7 @@ BASELINES = ("raw", "kalman-cv", "kalman-ca", "imm")
 TIMED_RUNS, ROUNDS = 200, 15  # of a comparison of run times
 
 
-@dataclass(frozen=True)
+@frozen
 class Metric:
     """A figure of merit: name in the JSON, words with the unit for people, and how it is read off a race."""
 
@@ -131,7 +132,7 @@ def _seconds(filter: Any, simulation: Simulation) -> float:
     return clock.process_time() - began
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Experiment:
     """A race on one scenario: the paper's filters beside the baselines that it left out.
 
@@ -165,7 +166,7 @@ class Experiment:
         return out
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Paper:
     """One paper: what it is, its experiments, the readings taken where it leaves something open, its drawings.
 
@@ -183,7 +184,7 @@ class Paper:
     draw: Callable[[Mapping[str, Race]], list[Drawing]] = lambda races: []
 
 
-@dataclass(frozen=True)
+@frozen
 class Row:
     """One figure: published (None where the paper gives none) beside measured (None where nothing was), with its se."""
 

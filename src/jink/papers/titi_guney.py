@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ..catalogue.purpose import Named, Purpose
 from ..checks import Array
 from ..compare.result import Race
 from ..filters.aided import Aided
+from ..frozen import frozen
 from ..metrics.draws import Draws
 from ..models.sensor import Position
 from ..scenarios import SCENARIOS, Observation, Scenario, Schedule
@@ -26,7 +27,7 @@ RATES = {
 }
 
 
-@dataclass(frozen=True)
+@frozen
 class Along:
     """One axis of a truth."""
 

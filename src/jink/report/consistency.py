@@ -7,16 +7,16 @@ Kirubarajan 2001, section 5.4).
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from ..frozen import frozen
 from ..metrics.chi_square import quantile
 
 BINS = 20
 
 
-@dataclass(frozen=True)
+@frozen
 class Consistency:
     """Counts over compared rows, overall and per target.
 

@@ -1,14 +1,13 @@
 """The curves that the page draws against time, each with its standard deviation, in SI units and degrees."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from ..frozen import frozen
 from .plan import unwrap
 from .rows import TrackRows
 
 
-@dataclass(frozen=True)
+@frozen
 class Curve:
     """One line of a panel: value (N,) and its standard deviation (N,), NaN where unknown."""
 
@@ -17,7 +16,7 @@ class Curve:
     sd: np.ndarray
 
 
-@dataclass(frozen=True)
+@frozen
 class Panel:
     """One chart: key, title, quantity (chooses the unit in the page) and its curves."""
 

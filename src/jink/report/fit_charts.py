@@ -1,17 +1,16 @@
 """Small charts as SVG text, for pages that need no script."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 from .shell import escape
 
 WIDTH, HEIGHT, LEFT, BOTTOM, TOP = 560, 150, 46, 18, 16
 POINTS = 600  # at most on one line
 
 
-@dataclass(frozen=True)
+@frozen
 class Line:
     """A named line; colour is a variable of the style sheet."""
 

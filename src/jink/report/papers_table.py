@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from ..compare.result import Race
+from ..frozen import frozen
 from ..papers.paper import BASELINES, Experiment, Metric, Row, median
 from ..papers.run import Outcome
 from .terminal import print_line, print_table, standard_output
@@ -39,7 +39,7 @@ def show(outcome: Outcome, console: Any = None) -> None:
         print_line(console, "PARTIAL: interrupted before all runs were done", "bold red")
 
 
-@dataclass(frozen=True)
+@frozen
 class Line:
     """A filter's figures by metric; beside: jink added it to the paper's own."""
 
@@ -49,7 +49,7 @@ class Line:
     rows: dict[str, Row]
 
 
-@dataclass(frozen=True)
+@frozen
 class Sheet:
     """One table: metrics, each with whether the paper has a figure of any filter; lines; footnotes."""
 

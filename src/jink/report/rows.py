@@ -1,14 +1,13 @@
 """The rows of a tracks table as NumPy arrays: sorted by target, part and time, NaN where missing."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import polars as pl
 
 from ..estimate import STATUS, Status
+from ..frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class TrackRows:
     """Rows of every target, contiguous per target, in the order of `names`.
 

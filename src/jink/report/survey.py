@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ import polars as pl
 from ..archive.tracked import Tracks
 from ..checks import Array
 from ..estimate import Status
+from ..frozen import frozen
 from .consistency import BINS, Consistency, consistency
 from .plan import EARTH_RADIUS, plan_points
 from .rows import seconds_of, status_of
@@ -28,7 +28,7 @@ _MARGIN = 0.04
 _COLUMNS = ("target", "time", "status", "nis", "nis_dof")
 
 
-@dataclass(frozen=True)
+@frozen
 class Extent:
     """What a map shows: metres east and north; frame as of :func:`~jink.report.plan.plan_coordinates`, or None."""
 
@@ -55,7 +55,7 @@ class Extent:
         return counts, int(known.sum() - counts.sum())
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Survey:
     """targets: target, rows, begin, end (seconds), gated, compared, inside (rows of NIS in its 95 % band).
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from urllib.parse import urlsplit
 
+from ..frozen import frozen
 from ..io.errors import InputError
 
 _HOST = re.compile(r"(?:[A-Za-z0-9.-]+|\[[0-9A-Fa-f:]+\])(?::\d+)?")
@@ -13,7 +13,7 @@ _PARTS = ("{z}", "{x}", "{y}")
 EXAMPLE = "https://tile.example.org/{z}/{x}/{y}.png"
 
 
-@dataclass(frozen=True)
+@frozen
 class Tiles:
     """url: of a picture, with {z}, {x} and {y} for zoom, column and row (Web Mercator, as of OpenStreetMap)."""
 

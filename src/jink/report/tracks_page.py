@@ -2,13 +2,13 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import polars as pl
 
 from ..estimate import STATUS, Status
+from ..frozen import frozen
 from ..tracking.sky_picture import SkyPicture
 from .arrays import ArrayBlock, round_mantissa
 from .cards import consistency_card, group, summary_cards
@@ -124,7 +124,7 @@ def _limit_targets(rows: TrackRows) -> tuple[int, TrackRows]:
     return _MOST_TARGETS, read_rows(rows.frame.filter(pl.Series(chosen)).with_columns(time))
 
 
-@dataclass(frozen=True)
+@frozen
 class _Drawing:
     block: ArrayBlock
     panels: list[dict[str, Any]]

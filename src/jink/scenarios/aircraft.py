@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 from ..metrics.draws import Draws
 from ..models.sensor import Polar, Position
 from .curves import Curves, Ramps, pulses
@@ -17,7 +16,7 @@ from .truth import Kinematics
 G = 9.80665
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Weave:
     """Straight, then 4–10 turns to one side and the other, then straight again; in the plane.
 
@@ -50,7 +49,7 @@ class Weave:
         return Curves(np.zeros((len(draws), 2)), course, Ramps(speed, still, still, still), None, self.duration)
 
 
-@dataclass(frozen=True)
+@frozen
 class EitherWay:
     """A curve, flown backwards in the runs where `backwards` (B,) is true."""
 
@@ -76,7 +75,7 @@ class EitherWay:
         return np.where(self.backwards[:, None], self.curve.duration - time, time)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class TerminalArea:
     """Airliners: a departure or an arrival, each as likely, of 15 minutes, from or to a runway at the origin.
 

@@ -7,12 +7,12 @@ AES-34(4), 1998.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from math import radians
 
 import numpy as np
 
+from ..frozen import frozen
 from ..metrics.draws import Draws
 from ..models.sensor import Position
 from .curves import Curves, Ramps
@@ -24,7 +24,7 @@ DURATION = 185.0
 SOURCE = "Blair et al., Benchmark for Radar Allocation and Tracking in ECM, IEEE Trans. AES-34(4), 1998"
 
 
-@dataclass(frozen=True)
+@frozen
 class Turn:
     """Begin and end (s), course change (degrees, to the right) and the listed lateral acceleration (g)."""
 
@@ -34,7 +34,7 @@ class Turn:
     g: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Change:
     """A quantity changes between begin and end (s): its rate rises over onset and falls over exit (s)."""
 
@@ -50,7 +50,7 @@ class Change:
         return [(self.begin, self.begin + self.onset, rate), (self.end - self.exit, self.end, -rate)]
 
 
-@dataclass(frozen=True)
+@frozen
 class Braking:
     """The speed changes by `change` up to `end` and by `rest` up to `rested` (m/s, s): load (g) at first, then less.
 
@@ -79,7 +79,7 @@ class Braking:
         ]
 
 
-@dataclass(frozen=True)
+@frozen
 class Height:
     """Climb by `change` (m) between begin and end (s); the vertical accelerations last `push` (s).
 
@@ -116,7 +116,7 @@ def _height(ramps: list[tuple[float, float, float]]) -> float:
     return float(Ramps(np.zeros(1), begin, end, change).integral(np.array([[DURATION]]))[0, 0])
 
 
-@dataclass(frozen=True)
+@frozen
 class Aircraft:
     """A line of the table: north, east, height (m), speed (m/s), course (degrees) at 0 s; manoeuvres."""
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 from .truth import Kinematics, find, rows_of
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
@@ -16,7 +16,7 @@ NODES, WEIGHTS = 0.5 * (NODES + 1.0), 0.5 * WEIGHTS
 BLOCK = 16  # runs that are integrated at once
 
 
-@dataclass(frozen=True)
+@frozen
 class Ramps:
     """A quantity whose rate is a sum of ramps: each changes it linearly by `change` from `begin` to `end`.
 
@@ -89,7 +89,7 @@ class Panels(NamedTuple):
         return self.integral + time * (self.value + time * (0.5 * self.rate + time * self.slope / 6))
 
 
-@dataclass(frozen=True)
+@frozen
 class Curves:
     """v = (h sin ψ, h cos ψ, w): course ψ clockwise from north, climb rate w, ground speed h.
 

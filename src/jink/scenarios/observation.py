@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, replace
 from math import isfinite
 from typing import Any
 
 from ..checks import unknown
+from ..frozen import frozen
 from ..io.errors import InputError
 
 
-@dataclass(frozen=True)
+@frozen
 class Seeing:
     """What was asked, None where the scenario's own stays.
 

@@ -6,12 +6,12 @@ acceleration and turn rate are constant, so the truth is exact between scans too
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import radians, sqrt
 
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 from ..metrics.draws import Draws
 from ..models.sensor import Position
 from .legs import Legs
@@ -20,7 +20,7 @@ from .sensing import Observation, Schedule
 from .truth import find, rows_of
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class RandomAccelerations:
     """On each of two axes by itself: quiet, then a constant acceleration uniform in ± acceleration, …
 
@@ -49,7 +49,7 @@ class RandomAccelerations:
         return Legs(np.arange(float(self.duration))[None, :], *start, command, noise=noise)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class RandomTurns:
     """Straight legs and coordinated turns alternate; the turn rate is uniform in ± slowest … fastest (rad/s).
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from ..catalogue.names import KindName
 from ..checks import Array, positive
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..metrics.draws import Draws
 from .scenario import Scenario
@@ -21,7 +21,7 @@ GAP = 30.0  # s without a row that no spline should bridge
 KNOT = 2.0  # s between the points that a spline goes through, at least
 
 
-@dataclass(frozen=True)
+@frozen
 class Spline:
     """The natural cubic spline through points (K, axes) at times (K,): twice continuously differentiable."""
 
@@ -55,7 +55,7 @@ class Spline:
         return Kinematics(position, slope + since * (m + 0.5 * since * change / h), m + since * change / h)
 
 
-@dataclass(frozen=True)
+@frozen
 class Windows:
     """Truth of B runs: a window of `spline[b]` from time `begin[b]`, moved by `shift[b]` (axes)."""
 
@@ -84,7 +84,7 @@ class Windows:
         return np.broadcast_to(time, (self.runs, time.shape[1]))
 
 
-@dataclass(frozen=True)
+@frozen
 class Recorded:
     """Run r takes flight r modulo their number: a random window of it, moved to a random place.
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..checks import Array, unknown
+from ..frozen import frozen
 from ..metrics.draws import Draws
 from ..models.sensor import Position, Sensor
 from .legs import Legs
@@ -27,7 +28,7 @@ class Rows(TypedDict):
     offsets: NDArray[np.int64]
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Simulation:
     """Some runs of a scenario: run b, scan s.
 
@@ -51,7 +52,7 @@ class Simulation:
         return {"time": self.time.reshape(-1), "z": self.z.reshape(-1, m), "offsets": np.arange(B + 1) * S}
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Scenario:
     """truth(draws) is the motion of the runs of draws; observation and schedule say how it is seen.
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ..checks import Array, number, numbers, positive, real, whole
+from ..frozen import frozen
 from ..metrics.draws import Draws
 from ..models.sensor import SENSORS, Polar, Sensor
 from .truth import Kinematics
@@ -15,7 +16,7 @@ from .truth import Kinematics
 MOST_SCANS = 10**8  # of one run
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Schedule:
     """Scan k at start + k · interval + a uniform jitter of ± jitter, k = 0 … count − 1; seconds."""
 
@@ -50,7 +51,7 @@ class Schedule:
         return np.maximum(nominal + jitter, 0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Observation:
     """z = h(truth) + bias + v, v ~ N(0, R); missing with probability 1 − detection; some gross outliers.
 

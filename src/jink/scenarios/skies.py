@@ -7,7 +7,7 @@ published experiments where their summary says so.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import sqrt
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks import Array, unknown
+from ..frozen import frozen
 from ..metrics.skies import Picture
 from .sky_paths import crossing, dense, four, parallel, regional
 
@@ -30,7 +31,7 @@ class SkyScan(NamedTuple):
     origin: NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+@frozen
 class SkyRun:
     """One run: its scans, and what was there in each."""
 
@@ -39,7 +40,7 @@ class SkyRun:
     velocity: list[Array]
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Sky:
     """paths(rng) draws the truth. sd (m) of a plot in each axis, detection probability, clutter: false plots per scan.
 

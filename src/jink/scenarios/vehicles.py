@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..checks import Array
+from ..frozen import frozen
 from ..metrics.draws import Draws
 from ..models.sensor import Position
 from .curves import Curves, Ramps, pulses
@@ -16,7 +15,7 @@ from .sensing import Observation, Schedule
 Range = tuple[float, float]
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Vessel:
     """Course changes of 10–120° at a random turn rate, now and then another speed; an hour.
 
@@ -40,7 +39,7 @@ class Vessel:
         return Curves(np.zeros((len(draws), 2)), course, speed, None, self.duration, panel=30.0)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Drone:
     """A multicopter: legs at other speeds, hovering in between, quick turns, climbs; three minutes.
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+
+from ..frozen import frozen
 
 Array = NDArray[np.float64]
 
@@ -15,7 +15,7 @@ TURNS = 3  # so many at least
 AS_GIVEN = 0.02  # how far the period may be from the one that was given
 
 
-@dataclass(frozen=True)
+@frozen
 class Antenna:
     """period: seconds of a turn; clockwise: from north over east; together: 1 where azimuths are as foreseen."""
 

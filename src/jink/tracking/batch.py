@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Generic, Literal, NamedTuple, TypedDict, TypeVar, Unpack, overload
+from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypedDict, TypeVar, Unpack, overload
 
 import numpy as np
 import polars as pl
@@ -24,7 +24,7 @@ from ..io.errors import InputError
 from ..io.loading import Loaded, Reading, load_files, load_frame
 from ..io.projections import with_grid
 from ..io.rejected import together
-from .anonymous import Anonymous, is_anonymous, run_anonymous
+from .anonymous_options import Anonymous, is_anonymous
 from .finding import Finding, as_dicts
 from .foretold import foretells_badly, strays
 from .lag import Lag
@@ -35,11 +35,13 @@ from .plausibility import findings
 from .prepare import Group, Settings, prepare, sites_of
 from .resampling import noise_of_steps, parse_every, resampled
 from .seen import Seen
-from .sky_picture import SkyPicture
 from .stretches import ManoeuvresGoOn, Run, Stretched, pieces
 from .summary import reasons, summarise
 from .unknown_height import TargetHeight
 from .unseen_heights import with_doubt
+
+if TYPE_CHECKING:
+    from .sky_picture import SkyPicture
 
 Progress = Callable[[str, int, int], None]
 NOISE_OF_STEPS = (
@@ -248,6 +250,8 @@ def run(
     """Clean, place, filter; the summary says what was done. Plots without identity are given to targets first, where
     that is asked for, or where the table shows it. Raises InputError when no track is left, or none is plausible."""
     if anonymous is not None or is_anonymous(loaded.measurements):
+        from .anonymous import run_anonymous  # all of association
+
         if settings.sites:
             raise InputError("site: plots without identity are tracked from one site; give one")
         if settings.every is not None:

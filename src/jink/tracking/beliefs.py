@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..association.batch import Found
 from ..catalogue.targets import kind_of
+from ..frozen import frozen
 from .noise_level import USUAL_ALTITUDE_SD, USUAL_POLAR_SD, noise_levels
 from .placing import Placed
 from .prepare import Settings
@@ -17,7 +16,7 @@ LONG = 5  # plots from which a track counts as a target that was there
 FIRST = 5  # scans at whose start a target is there from the start
 
 
-@dataclass(frozen=True)
+@frozen
 class Given:
     """What the user said, which is not estimated."""
 
@@ -26,7 +25,7 @@ class Given:
     new_per_hour: bool
 
 
-@dataclass(frozen=True)
+@frozen
 class Beliefs:
     """sd of each component, detection probability; targets at the start and new ones per hour, None: unknown yet."""
 

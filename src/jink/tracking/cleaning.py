@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import polars as pl
 
+from ..frozen import frozen
 from ..io.evidence import between
 from ..io.measurements import DIMENSIONS
 from ..io.stages import stage
@@ -22,7 +23,7 @@ STALE_SPEED = 0.5  # m/s: slower than this, a repeated position is a target at r
 STALE_SPEED_AT_END = 5.0  # m/s: the same at the end of a track, where no next position tells
 
 
-@dataclass(frozen=True)
+@frozen
 class Cleaning:
     """Which steps are done: `gap` in seconds (0: never a new part), `min_points` positions per part, `fastest` (m/s)
     that a target of the kind goes (0: not known, first positions are believed).

@@ -13,12 +13,12 @@ without.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import chain, combinations
 
 import numpy as np
 
 from .._engine import native
+from ..frozen import frozen
 from .scatter import MEDIAN, grouped_quantile, third_differences
 
 SPACINGS = (1, 2, 4, 8, 16, 32)
@@ -33,7 +33,7 @@ MORE = 3.0  # times the white variance
 DOUBT = 3.0  # sds below what errors would make: then a target does not have them
 
 
-@dataclass(frozen=True)
+@frozen
 class Correlated:
     """Of each target: the sd (m) of its errors and the seconds over which they are correlated, NaN where they are not;
     the variances of its differences and their counts (G, K), and its usual step (s).

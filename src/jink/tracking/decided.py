@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
+from ..frozen import frozen
 from .lasting import FIGURES
 
 
@@ -16,7 +16,7 @@ class Level(Protocol):
     def figure(self, source: str, name: str) -> float: ...
 
 
-@dataclass(frozen=True)
+@frozen
 class Decided:
     """What other rows of the same table say of some groups of rows.
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import polars as pl
 
+from ..frozen import frozen
+
 NAMED = 5  # targets that a finding names
 
 
-@dataclass(frozen=True)
+@frozen
 class Finding:
     """One thing that cannot be true.
 

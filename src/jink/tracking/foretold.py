@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from ..filters.aided import Aided
 from .finding import NAMED, Finding
 
 ROWS = 100  # foretold positions; of fewer nothing is said
@@ -70,6 +69,8 @@ def strays(tracks: pl.DataFrame, filter: Any, noise: Sequence[Mapping[str, Any]]
     if not sds or any(name not in tracks.columns for name in NEEDED):
         return []
     # a name stands for a filter that is made for this noise; an aid holds for no other
+    from ..filters.aided import Aided
+
     sensors = () if isinstance(filter, Aided) else getattr(filter, "sensors", ())
     own = getattr(next(iter(sensors), None), "sd", None)
     sd = max(*sds, float(own) if isinstance(own, int | float) else 0.0)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from typing import Any
 
+from ..frozen import frozen
 from ..io.errors import InputError
 
 EXPECTED = "expected scans (2) or seconds (8s)"
@@ -15,7 +15,7 @@ EXPECTED = "expected scans (2) or seconds (8s)"
 MOST = 1e9  # scans or seconds
 
 
-@dataclass(frozen=True)
+@frozen
 class Lag:
     """So many scans, or so many seconds."""
 

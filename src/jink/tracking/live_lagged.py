@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from ..estimate import Estimate
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame, SiteFrame
 from .lag import Lag
@@ -59,7 +60,7 @@ class Delayed:
         return then if not then.unseen[0] else then._replace(unseen=(then.unseen[0], again - then.time))
 
 
-@dataclass(frozen=True)
+@frozen
 class Later:
     """A row on which a lagged estimate is said, as `told_live` takes it."""
 

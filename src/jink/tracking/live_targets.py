@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 
 from ..estimate import Estimate
+from ..frozen import frozen
 from ..io.geodesy import legs
 from .live_lagged import Behind, Delayed, Laggards
 from .live_manoeuvres import Past, ToldLive, told_live
@@ -125,7 +126,7 @@ class Entry:
     unseen: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Answered:
     """Entries and their estimates, row by row; lagged: those of the scans that their `behind` are."""
 

@@ -16,6 +16,7 @@ import numpy as np
 from .._engine import native
 from ..catalogue.targets import kind_of
 from ..estimate import Status
+from ..frozen import frozen
 from ..models.non_manoeuvring import straight_noise
 
 GRAVITY = 9.80665  # m/s²
@@ -23,7 +24,7 @@ ON, OFF = 0.6, 0.4  # manoeuvre probability at which a new segment begins and en
 SLACK = 1e-6  # s: of times that are taken for equal
 
 
-@dataclass(frozen=True)
+@frozen
 class Manoeuvres:
     """What counts as a manoeuvre, and what straight flight is.
 
@@ -52,7 +53,7 @@ class Manoeuvres:
         return Segments(0.5 * self.window, self.centred)
 
 
-@dataclass(frozen=True)
+@frozen
 class Moving:
     """What tells manoeuvres, row by row: time (N,) s; new (N,) where nothing before counts; mode (N,) probability of
     the modes that manoeuvre; by direction (horizontal, vertical): velocity (k, N) with variance (N,) of one component,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import polars as pl
 
 from ..catalogue.choose import EARTH_RADIUS
 from ..filters.row_noise import RowNoise
+from ..frozen import frozen
 from ..io.geodesy import DevelopedFrame, SiteFrame, develop
 from ..io.stages import stage
 from ..models.observed import to_positions
@@ -19,7 +20,7 @@ EXACT = 0.01  # m: how well heights above the sphere of a site have the altitude
 UNKNOWN_HEIGHT = 300.0  # m: how far the height may have been from the first one that was reported
 
 
-@dataclass(frozen=True)
+@frozen
 class Placed:
     """Parts with the same number of axes.
 

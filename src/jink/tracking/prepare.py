@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from ..catalogue.choose import EARTH_RADIUS, axes_of, chosen, purpose_of
 from ..catalogue.purpose import Purpose
 from ..catalogue.targets import kind_of
 from ..filters.row_noise import Repeated, RowNoise
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.measurements import Measurements
@@ -50,7 +51,7 @@ def _real(value: object) -> bool:
     return isinstance(value, float) or (isinstance(value, int) and value < LARGEST)
 
 
-@dataclass(frozen=True)
+@frozen
 class Settings:
     """Everything that `track` can be told, checked."""
 
@@ -118,7 +119,7 @@ class Pace(NamedTuple):
         return cls(step, gap, max(gap, usual))
 
 
-@dataclass(frozen=True)
+@frozen
 class Group:
     """Parts with the same number of axes: their rows, noise, the purpose a filter is made for, and the filter.
 
@@ -136,7 +137,7 @@ class Group:
     repeated: Repeated | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Prepared:
     """What was cleaned and how, and the groups that are left, none where no row is."""
 
@@ -145,7 +146,7 @@ class Prepared:
     groups: list[Group]
 
 
-@dataclass(frozen=True)
+@frozen
 class Known:
     """What some targets of a large table show, and what holds for all of them: pace, and by number of axes the noise
     and the filter.

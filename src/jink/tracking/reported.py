@@ -6,13 +6,14 @@ A speed without a course measures the velocity along the way that the last posit
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from .._engine import native
 from ..filters import memory
 from ..filters.row_noise import RowNoise
+from ..frozen import frozen
 from ..io.geodesy import DevelopedFrame
 from ..io.rates import FASTEST
 from .noise_level import NoiseLevel
@@ -23,7 +24,7 @@ RATES = {"velocity": slice(0, 2), "vertical_rate": slice(2, 3)}  # and their com
 FAR = 6.0  # sds from the motion that positions show: such a report is wrong
 
 
-@dataclass(frozen=True)
+@frozen
 class Rates:
     """Velocities in the frame of the positions, rows by components vx, vy and vz (NaN: not reported).
 

@@ -5,7 +5,7 @@ A filter meets the even times as rows without a measurement, so a gap is bridged
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ import polars as pl
 
 from .._engine import native
 from ..filters.row_noise import RowNoise
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
 from ..io.units import TIME
@@ -23,7 +24,7 @@ MOST = 20_000_000  # rows: more does not fit into memory
 CLOSE = 1e-6  # s: times that are one
 
 
-@dataclass(frozen=True)
+@frozen
 class Resampled:
     """Measurements with rows at even times between them: covariance by row, and which rows are at even times."""
 

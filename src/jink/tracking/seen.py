@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.targets import KINDS, Kind
+from ..frozen import frozen
 from ..io.stages import stage
 from .cleaning import changes
 from .correlated import correlated_errors
@@ -24,7 +24,7 @@ JUMPS = 0.2  # share of steps that no target of the kind can make
 OLDEST = datetime(1990, 1, 1, tzinfo=UTC)
 
 
-@dataclass(frozen=True)
+@frozen
 class Seen:
     """What the checks look at, of whole targets: a row for each target, those under whose name there are several, rows
     of impossible dates, the number, least and largest of the steps of time, and how many rows were scored.

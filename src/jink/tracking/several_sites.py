@@ -6,7 +6,6 @@ The noise of each radar is estimated in range and angles first; it goes along as
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ import polars as pl
 
 from ..catalogue.targets import kind_of
 from ..filters.row_noise import RowNoise
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.geodesy import SiteFrame
 from ..io.measurements import Measurements
@@ -30,7 +30,7 @@ ORDER = "order in the table"
 NO_RATE = "the range rate is not used, because plots of several sites become places on the map"
 
 
-@dataclass(frozen=True)
+@frozen
 class Seen:
     """One radar's rows by target and time, where it stands, and the noise of its plots."""
 

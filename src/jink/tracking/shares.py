@@ -10,6 +10,7 @@ import polars as pl
 
 from ..filters import memory
 from ..filters.row_noise import Repeated
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.kept import MARK
 from ..io.measurements import Measurements
@@ -46,7 +47,7 @@ def learned_schema(prepared: Prepared, settings: Settings, absolute: bool) -> di
     return schema
 
 
-@dataclass(frozen=True)
+@frozen
 class Ready:
     """The groups of one share, cleaned, placed and with their filters; absolute: their times are dates."""
 

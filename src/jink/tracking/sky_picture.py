@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import polars as pl
 
 from ..association.batch import Found
+from ..frozen import frozen
 from ..io.geodesy import SiteFrame
 from .placing import Placed
 
 
-@dataclass(frozen=True)
+@frozen
 class SkyPicture:
     """Tables with time and x, y (m), and latitude, longitude where there is a map.
 

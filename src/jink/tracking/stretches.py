@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -20,6 +20,7 @@ import numpy as np
 from ..estimate import Estimate, covariance_name, covariance_pair
 from ..filters.bank import Bank
 from ..filters.row_noise import Repeated, RowNoise
+from ..frozen import frozen
 from .manoeuvring import Manoeuvres, Moving, Told, probabilities
 from .placing import Placed
 from .state import State, covariances_read
@@ -34,7 +35,7 @@ ROUNDING = 8 * np.finfo(float).eps
 OUTPUTS = ("x", "mode_probability", "nis", "nis_dof", "status")
 
 
-@dataclass(frozen=True)
+@frozen
 class Piece:
     """Rows `rows` of the parts, which are whole (`part` is None), or a piece of the long part whose rows are `part`."""
 
@@ -61,7 +62,7 @@ def pieces(offsets: np.ndarray, most: int = CHUNK) -> Iterator[Piece]:
         begin = end
 
 
-@dataclass(frozen=True)
+@frozen
 class Run:
     """A piece and the estimates of its rows."""
 

@@ -8,13 +8,14 @@ the line of sight that lasts.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import polars as pl
 
 from ..catalogue.choose import EARTH_RADIUS
 from ..catalogue.targets import kind_of
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.geodesy import DevelopedFrame
 from ..models.observed import to_positions
@@ -27,7 +28,7 @@ STEEPEST = 0.95  # of the range, at most the height
 EXPECTED = "expected METRES,SD above the radar, such as 3000,2500, or ground"
 
 
-@dataclass(frozen=True)
+@frozen
 class TargetHeight:
     """Mean and standard deviation of targets' heights above the radar (m); both 0: ranges are along the ground."""
 

@@ -8,12 +8,13 @@ likelier by more than two standard errors. Horizontal and vertical rates are jud
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..filters.row_noise import RowNoise
+from ..frozen import frozen
 from ..io.errors import InputError
 from ..io.stages import stage
 from .held_out import WORTH, Choose, Used, gain, measured_places, position_scores, sample_of
@@ -57,7 +58,7 @@ def decided(
     return _decided(placed, level, rates, best, given, notes)
 
 
-@dataclass(frozen=True)
+@frozen
 class Tried:
     """One way to use a rate: its sd (m/s), without repeated reports or with them, and what it gains in a row."""
 

@@ -7,26 +7,26 @@ count and so many times n octets; `LENGTH` an item that tells its own; `Compound
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from ...frozen import frozen
 
 FX, LENGTH = "fx", "length"
 
 
-@dataclass(frozen=True)
+@frozen
 class Rep:
     """A count of one octet, and so many times `octets`."""
 
     octets: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Extended:
     """`octets` at a time, which go on while the last bit of the last one is set."""
 
     octets: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Compound:
     """Parts in the order of the bits that announce them, seven to an octet."""
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import csv
 import re
-from dataclasses import dataclass
 
+from ...frozen import frozen
 from ..columns import normal
 from ..roles import POSITIONS, ROLES
 
@@ -14,7 +14,7 @@ LINES = 40  # lines among which the header is looked for
 COMMENTS = ("#", "//", "%")
 
 
-@dataclass(frozen=True)
+@frozen
 class Body:
     """The table itself: header and rows without what stood around them, the separator, and what was left out."""
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import polars as pl
 
+from ...frozen import frozen
 from ..rejected import unreadable
 
 
@@ -26,7 +27,7 @@ class Refused:
         self.values.append(whole_text(str(value)[:80]))
 
 
-@dataclass(frozen=True)
+@frozen
 class Records:
     """A file read whole: `frame` has `row` and the columns, `fixed` says what some of them are (role: name)."""
 
@@ -83,7 +84,7 @@ def whole_text(text: str) -> str:
     return text.encode("utf-8", errors="replace").decode("utf-8")
 
 
-@dataclass(frozen=True)
+@frozen
 class Format:
     """One format: how it is told by its beginning, how it is read, and what its rows hold (for the docs).
 
