@@ -119,9 +119,31 @@ nb::object manoeuvring_of(Column time, Indices first, Indices last, Column mode,
     return array_of(std::move(out), {count});
 }
 
+// Of the rows (N,) of tracks laid end to end, which begin where `begins` (N,) says, the first row at most `back` seconds before each and the last
+// one at most `ahead` seconds after it: at least one row back, and one on unless `ahead` is 0, as far as the track goes.
+nb::object windows_of(Column time, Flags begins, double back, double ahead) {
+    const std::int64_t rows = std::int64_t(time.size());
+    if (std::int64_t(begins.size()) != rows) throw nb::value_error("windows: expected rows of one table");
+    std::vector<std::int64_t> first(rows), last(rows);
+    const double *t = time.data();
+    const bool *begin = begins.data();
+    for (std::int64_t low = 0, end; low < rows; low = end) {
+        for (end = low + 1; end < rows && !begin[end];) ++end;
+        for (std::int64_t row = low, from = low, to = low; row < end; ++row) {
+            while (from < row && t[from] < t[row] - back) ++from;
+            first[row] = std::max(std::min(from, row - 1), low);
+            while (to + 1 < end && t[to + 1] <= t[row] + ahead) ++to;
+            last[row] = ahead > 0.0 ? std::max(to, std::min(row + 1, end - 1)) : row;
+        }
+    }
+    const std::size_t shape = std::size_t(rows);
+    return nb::make_tuple(array_of(std::move(first), {shape}), array_of(std::move(last), {shape}));
+}
+
 }  // namespace
 
 void bind_manoeuvres(nb::module_ &module) {
     module.def("manoeuvring", manoeuvring_of, "time"_a, "first"_a, "last"_a, "mode"_a, "velocity"_a, "variance"_a, "acceleration"_a.none(),
                "spread"_a.none(), "window"_a, "straight"_a, "threshold"_a);
+    module.def("windows", windows_of, "time"_a, "begins"_a, "back"_a, "ahead"_a);
 }

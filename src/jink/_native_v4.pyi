@@ -579,6 +579,12 @@ def manoeuvring(
     straight: float,
     threshold: float,
 ) -> object: ...
+def windows(
+    time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    begins: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    back: float,
+    ahead: float,
+) -> object: ...
 
 earth_equator: float = 6378137.0
 

@@ -11,6 +11,7 @@ from numpy.testing import assert_array_equal
 from scipy.stats import ncx2
 
 import jink
+from jink._engine import native
 from jink.catalogue.targets import KINDS
 from jink.io.errors import InputError
 from jink.tracking.manoeuvring import GRAVITY, Manoeuvres, Moving, Segments, between
@@ -151,3 +152,18 @@ def test_what_is_said_to_manoeuvre_does():
     assert sure["true"].mean() > 0.85
     beginning = tracks.filter(pl.col("time").is_between(2.0, 20.0))
     assert (beginning["manoeuvring"] > 0.5).mean() < 0.05
+
+
+@pytest.mark.parametrize("ahead", [0.0, 7.0])
+def test_windows_reach_as_far_as_they_may(ahead):
+    rng = np.random.default_rng(3)
+    time = 1.5e9 + np.cumsum(rng.choice([0.0, 1.0, 4.0, 20.0], 300))
+    begins = rng.random(300) < 0.05
+    begins[0] = True
+    first, last = native.windows(time, begins, 7.0, ahead)
+    track = np.cumsum(begins)
+    for row in range(300):
+        own = np.flatnonzero(track == track[row])
+        within = own[(time[own] >= time[row] - 7.0) & (time[own] <= time[row] + ahead)]
+        assert first[row] == max(min(within[0], row - 1), own[0])
+        assert last[row] == (row if not ahead else max(within[-1], min(row + 1, own[-1])))

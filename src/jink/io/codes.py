@@ -25,11 +25,10 @@ def are_codes(value: np.ndarray, height: bool = False) -> np.ndarray:
     for code in CODES:
         if low <= code <= high:
             found |= value == code
-    some = np.unique(value[found])
-    others = value[~found & np.isfinite(value)] if some.size else some
-    for code in some:
-        near = np.abs(others - code) < ALONE * abs(code)
-        if (not others.size or near.any()) and not (height and code <= NO_HEIGHT[0]):
+    none = ~found
+    for code in np.unique(value[found]):
+        near = none & (np.abs(value - code) < ALONE * abs(code))
+        if (near.any() or not (none & np.isfinite(value)).any()) and not (height and code <= NO_HEIGHT[0]):
             found &= value != code
     if height and max(-low, high) >= NO_HEIGHT[1]:
         found |= np.abs(value) >= NO_HEIGHT[1]

@@ -138,23 +138,8 @@ def _window(moving: Moving, what: Manoeuvres) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of the rows (N,) that a row's window begins and ends at: at least one row back (or on), as far as the
     track goes.
     """
-    rows = np.arange(moving.time.size)
-    if not rows.size:
-        return rows, rows
-    starts = np.flatnonzero(np.r_[True, moving.new[1:]])
-    length = np.diff(np.r_[starts, rows.size])
-    low, high = np.repeat(starts, length), np.repeat(starts + length - 1, length)
-    # tracks laid behind each other in time, so that one search serves all
-    began = moving.time[starts]
-    most = float((moving.time[high[starts]] - began).max()) + 4.0 * what.window + 1.0
-    key = moving.time - np.repeat(began, length) + most * np.repeat(np.arange(starts.size), length)
     reach = (0.5 if what.centred else 1.0) * what.window + SLACK
-    first = np.searchsorted(key, key - reach)
-    first = np.clip(first, low, np.maximum(rows - 1, low))
-    if not what.centred:
-        return first, rows
-    last = np.searchsorted(key, key + reach, side="right") - 1
-    return first, np.clip(last, np.minimum(rows + 1, high), high)
+    return native.windows(moving.time, moving.new, reach, reach if what.centred else 0.0)
 
 
 @dataclass
