@@ -91,7 +91,12 @@ class CsvText:
         if not self._even():
             return self._line_by_line(wanted)
         ordered = sorted(wanted, key=self.names.index)
-        attempts: list[dict[str, Any]] = [{"infer_schema_length": 10_000}, {"infer_schema": False}]
+        # whole numbers would lose the zeros in front of them
+        texts = {name: pl.String for name in ordered if normal(name) in IDENTIFIERS}
+        attempts: list[dict[str, Any]] = [
+            {"infer_schema_length": 10_000, "schema_overrides": texts},
+            {"infer_schema": False},
+        ]
         for options in attempts[not typed :]:
             try:
                 frame = pl.read_csv(
