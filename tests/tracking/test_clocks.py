@@ -183,6 +183,16 @@ def test_seconds_of_two_short_recordings_are_no_times_of_day():
     assert abs(done.tracks["speed"].median() - 200.0) < 5.0
 
 
+def test_dates_in_floats_of_32_bits_are_refused():
+    time = 1.7e9 + 300.0 * np.arange(60)
+    data = pl.DataFrame({"target": "a", "time": time, "x": 10 * (time - time[0]), "y": 0.0})
+    with pytest.raises(InputError, match="floats of 32 bits, which are 128 apart"):
+        jink.track(data.with_columns(pl.col("time").cast(pl.Float32)), kind="vessel")
+    short = data.with_columns(pl.col("time") - time[0])
+    narrow = jink.track(short.with_columns(pl.col("time").cast(pl.Float32)), kind="vessel")
+    assert narrow["time"].to_list() == short["time"].to_list()
+
+
 def test_a_date_and_seconds_of_the_day(tmp_path):
     lines = [f"2024-01-15,{52_200 + s},{p[0]:.6f},{p[1]:.6f}" for s, p in zip(CAR.seconds, CAR.places, strict=True)]
     CAR.agrees(track(tmp_path / "x.csv", ["date,time,latitude,longitude", *lines])[0])
