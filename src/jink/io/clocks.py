@@ -62,7 +62,7 @@ def read_times(
     if series.dtype == pl.Float32 and times.absolute:
         apart = float(np.spacing(np.float32(np.nanmax(np.abs(value)))))
         raise InputError(
-            f"{where}: the times are dates in floats of 32 bits, which are {apart:.3g} apart at {np.nanmax(value):.4g}: "
+            f"{where}: the times are dates in floats of 32 bits, which are {apart:.3g} apart at this size, so that "
             "they are rounded by so much; expected 64 bits, as the source had them (a cast brings nothing back)"
         )
     return times
