@@ -16,7 +16,7 @@ from jink.archive import run
 from jink.io.loading import Reading
 from jink.tracking.prepare import Settings
 
-from .archive import tracked
+from .archive_run import tracked
 
 MEMORY = 2_000_000_000
 

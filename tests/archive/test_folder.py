@@ -241,3 +241,11 @@ def test_run_again_a_complete_folder_keeps_every_file_and_folder(tmp_path, hours
     assert not any(path.name == "spare" for path in first)
     track(*hours, "-o", f"{tmp_path}/tracks/", *SAME)
     assert sorted((tmp_path / "tracks").rglob("*")) == first
+
+
+def test_a_page_of_a_folder_with_a_torn_file_names_it(tmp_path, hours):
+    track(*hours, "-o", f"{tmp_path}/tracks/")
+    torn = sorted((tmp_path / "tracks").glob("bucket=*/part.parquet"))[0]
+    torn.write_bytes(torn.read_bytes()[:-50])
+    done = CliRunner(env={"COLUMNS": "300"}).invoke(app, ["report", f"{tmp_path}/tracks/"])
+    assert done.exit_code == 2 and f"{torn.parent.name}/{torn.name} is damaged" in done.stderr

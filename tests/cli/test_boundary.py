@@ -127,6 +127,14 @@ def test_a_reader_that_has_gone_is_no_error(plots):
     assert done.stderr.split() == [b"141"] and done.stdout.count(b"\n") == 1
 
 
+@unix
+@pytest.mark.parametrize("words", [["--help"], ["track", "--help"], ["--version"], ["track", "plots.csv"]])
+def test_help_and_tables_whose_reader_has_gone(plots, words):
+    words = [plots if word == plots.name else word for word in words]
+    done = jink(*words, shell="; echo $? >&2) | true", before="(sleep 0.2; ")
+    assert done.stderr.split() == [b"141"]
+
+
 def test_standard_output_in_ascii(plots):
     done = jink("track", plots, encoding="ascii")
     assert done.returncode == 0 and done.stdout and b"Traceback" not in done.stderr

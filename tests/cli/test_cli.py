@@ -239,6 +239,7 @@ def test_random_damage_never_ends_in_a_traceback_or_half_an_output(flight, tmp_p
         (["F", "--json", "--min-points", "0"], "min_points"),
         (["F", "--json", "--threads", "0"], "threads"),
         (["-", "-o", "t.csv"], "--output needs the whole track"),
+        (["-", "--min-points", "9"], "--min-points needs the whole track"),
         (["-", "F"], "stands alone"),
     ],
 )

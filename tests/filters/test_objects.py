@@ -247,3 +247,14 @@ def test_swapped_arguments_are_told(make):
 def test_rooms_are_reached_from_the_package():
     assert jink.compare.__name__ == "jink.compare" and jink.metrics.__name__ == "jink.metrics"
     assert set(NOT_SMOOTHED) <= set(SUBJECTS)
+
+
+@pytest.mark.parametrize("kind", [float, int])
+def test_what_a_mask_hides_is_missing(kind):
+    z = np.random.default_rng(5).normal(0, 900, (40, 2)).astype(kind)
+    hidden = np.zeros(z.shape, bool)
+    hidden[[7, 8, 20]], hidden[30, 1] = True, True
+    with_nan = np.where(hidden, np.nan, z.astype(float))
+    masked = KALMAN.filter(np.arange(40.0), np.ma.masked_array(z, mask=hidden))
+    np.testing.assert_array_equal(masked.x, KALMAN.filter(np.arange(40.0), with_nan).x)
+    assert not np.array_equal(masked.x, KALMAN.filter(np.arange(40.0), z).x)

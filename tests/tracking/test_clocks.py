@@ -5,6 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 import pytest
 from straight import Journey
@@ -171,6 +172,25 @@ def test_times_of_day_in_digits(tmp_path, text):
     tracks, _, summary = track(tmp_path / "x.csv", ["time,latitude,longitude", *lines])
     CAR.agrees(tracks, start=False)
     assert any("HHMMSS" in note for note in summary["notes"])
+
+
+def test_seconds_of_two_short_recordings_are_no_times_of_day():
+    rng = np.random.default_rng(3)
+    time = 0.3 + np.r_[np.arange(60.0), np.arange(500.0, 560.0)]
+    data = pl.DataFrame({"target": "a", "time": time, "x": 200 * time + rng.normal(0, 5, 120), "y": 0.0})
+    done = jink.track(data, details=True)
+    assert done.tracks["time"].to_list() == time.tolist() and done.summary["parts"] == 2
+    assert abs(done.tracks["speed"].median() - 200.0) < 5.0
+
+
+def test_dates_in_floats_of_32_bits_are_refused():
+    time = 1.7e9 + 300.0 * np.arange(60)
+    data = pl.DataFrame({"target": "a", "time": time, "x": 10 * (time - time[0]), "y": 0.0})
+    with pytest.raises(InputError, match="floats of 32 bits, which are 128 apart"):
+        jink.track(data.with_columns(pl.col("time").cast(pl.Float32)), kind="vessel")
+    short = data.with_columns(pl.col("time") - time[0])
+    narrow = jink.track(short.with_columns(pl.col("time").cast(pl.Float32)), kind="vessel")
+    assert narrow["time"].to_list() == short["time"].to_list()
 
 
 def test_a_date_and_seconds_of_the_day(tmp_path):

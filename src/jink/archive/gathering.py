@@ -11,6 +11,7 @@ import polars as pl
 
 from ..frozen import frozen
 from ..io.kept import MARK, alike
+from ..io.loading import other_columns
 from ..io.measurements import Measurements
 from . import job as names
 from .errors import Stopped
@@ -60,6 +61,7 @@ def kind_of(said: Sequence[dict[str, Any]]) -> Kind:
         name: list(dict.fromkeys(text for part in parts for text in part[name]))
         for name in ("unused", "rate_notes", "notes")
     }
+    lists["notes"] += other_columns([(part["file"], part["named"]) for part in parts])
     return Kind(first["position"], first["absolute"], dict(columns), first["named"], **lists)
 
 

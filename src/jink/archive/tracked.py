@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -29,20 +30,15 @@ class Tracks:
 
     def frames(self, bucket: int, columns: Sequence[str] | None = None) -> Iterator[pl.DataFrame]:
         """The rows of a bucket, as its file groups them; of the wanted columns those that are there."""
-        import pyarrow.parquet as pq
-
-        with self._opened(bucket) as handle:
-            file = pq.ParquetFile(handle)
+        with self._opened(bucket) as file:
             there = None if columns is None else [name for name in columns if name in file.schema_arrow.names]
             for group in range(file.num_row_groups):
                 yield pl.DataFrame(pl.from_arrow(file.read_row_group(group, columns=there)))
 
     def spans(self, bucket: int) -> Iterator[tuple[Any, Any]]:
         """First and last time of each group of rows, from the file's statistics."""
-        import pyarrow.parquet as pq
-
-        with self._opened(bucket) as handle:
-            found = pq.ParquetFile(handle).metadata
+        with self._opened(bucket) as file:
+            found = file.metadata
             column = found.schema.names.index("time")
             for group in range(found.num_row_groups):
                 said = found.row_group(group).column(column).statistics
@@ -64,5 +60,15 @@ class Tracks:
             raise Stopped(f"{self.store.where} has no track of {', '.join(sorted(missing))}")
         return found
 
-    def _opened(self, bucket: int) -> Any:
-        return self.store.open(names.tracks(bucket))
+    @contextmanager
+    def _opened(self, bucket: int) -> Iterator[Any]:
+        """The Parquet file of a bucket. Errors: Stopped, with its name, where it is damaged."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        name = names.tracks(bucket)
+        try:
+            with self.store.open(name) as handle:
+                yield pq.ParquetFile(handle)
+        except pa.ArrowInvalid as error:
+            raise Stopped(f"{self.store.named('/' + name)} is damaged: {str(error).splitlines()[0]}") from None

@@ -73,6 +73,10 @@ def guarded(run: Callable[[], object]) -> int:
             run()
             status = 0
         except SystemExit as end:
+            # click and rich end with 1 where they find that nobody reads
+            if isinstance(end.__context__, BrokenPipeError):
+                streams.give_up()
+                return READER_GONE
             status = _status(end)
         streams.flush()
         return status

@@ -36,6 +36,7 @@ from .request import (
 OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
 PLOTS = "Plots without identity"
 ARCHIVE = "Archives (-o FOLDER/)"
+FEWEST = 4  # positions of a part
 
 
 class AltitudeUnit(StrEnum):
@@ -378,11 +379,13 @@ class TrackRequest:
         ),
     ] = None
     min_points: Annotated[
-        int,
+        int | None,
         typer.Option(
-            metavar="N", rich_help_panel=CLEANING, help="Reject parts with fewer positions than this; 1 keeps all."
+            metavar="N",
+            rich_help_panel=CLEANING,
+            help="Reject parts with fewer positions than this; 1 keeps all. Default: 4.",
         ),
-    ] = 4
+    ] = None
     no_sort: Annotated[
         bool,
         typer.Option(
@@ -449,7 +452,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         site=site,
         sites=sites,
         gap=request.gap,
-        min_points=request.min_points,
+        min_points=FEWEST if request.min_points is None else request.min_points,
         sort=not request.no_sort,
         drop_duplicates=not request.keep_duplicates,
         drop_stale=not request.keep_stale,
@@ -508,6 +511,7 @@ def _run_live(request: TrackRequest) -> int:
         (request.every, "--every"),
         (request.safe_csv, "--safe-csv"),
         (request.timings, "--timings"),
+        (request.min_points is not None, "--min-points"),
     ):
         if given:
             raise InputError(f"{option} needs the whole track; 'jink track -' writes JSON Lines to standard output")

@@ -172,8 +172,10 @@ def _cut(array: Array | None, rows: Any) -> Any:
 
 
 def measurements(z: ArrayLike, columns: int) -> Array:
-    """z as (N, columns) floats; None is a missing row or component."""
+    """z as (N, columns) floats; None is a missing row or component, and so is what a mask of NumPy hides."""
     try:
+        if isinstance(z, np.ma.MaskedArray):
+            z = np.ma.filled(z.astype(float), np.nan)
         array = np.asarray(z, dtype=float)
     except (TypeError, ValueError, OverflowError):
         array = _with_missing_rows(z, columns)

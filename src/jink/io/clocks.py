@@ -58,7 +58,14 @@ def read_times(
     if how.time_format:
         return _text_times(where, series.cast(pl.Int64, strict=False).cast(pl.String), how)
     given = TIME[time_unit] if time_unit else unit
-    return _given_unit(value, given) if given is not None else numeric_times(where, value, how, motion)
+    times = _given_unit(value, given) if given is not None else numeric_times(where, value, how, motion)
+    if series.dtype == pl.Float32 and times.absolute:
+        apart = float(np.spacing(np.float32(np.nanmax(np.abs(value)))))
+        raise InputError(
+            f"{where}: the times are dates in floats of 32 bits, which are {apart:.3g} apart at this size, so that "
+            "they are rounded by so much; expected 64 bits, as the source had them (a cast brings nothing back)"
+        )
+    return times
 
 
 def _given_unit(value: np.ndarray, unit: float) -> Times:

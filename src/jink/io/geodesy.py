@@ -19,6 +19,8 @@ between places up to 12,000 km. Between places further apart, `pyproj.Geod` find
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -92,9 +94,7 @@ class SiteFrame:
 
     def from_space(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Latitude, longitude (degrees) and altitude (m) of points (N,) in space, east, north and up."""
-        from pyproj import Transformer
-
-        to_space = Transformer.from_pipeline("+proj=cart +ellps=WGS84")
+        to_space = _to_space()
         phi, lam = np.radians(self.latitude), np.radians(self.longitude)
         site = to_space.transform(self.longitude, self.latitude, self.altitude)
         sin, cos = np.sin, np.cos
@@ -107,6 +107,14 @@ class SiteFrame:
         out = np.full((3, x.size), np.nan)
         out[:, good] = to_space.transform(*(component[good] for component in space), direction="INVERSE")
         return out[1], out[0], out[2]
+
+
+@cache
+def _to_space() -> Any:
+    """What turns longitude, latitude and altitude (degrees, m) into places in space (m from the earth's centre)."""
+    from pyproj import Transformer
+
+    return Transformer.from_pipeline("+proj=cart +ellps=WGS84")
 
 
 def develop(latitude: np.ndarray, longitude: np.ndarray, first: np.ndarray) -> DevelopedFrame:

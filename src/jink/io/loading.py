@@ -21,6 +21,7 @@ from .measurements import Measurements, measure
 from .same_names import keep_apart, one_spelling
 from .stages import stage
 
+FORMS = 3  # of columns, beside the first file's, that notes show
 LOCAL = (mot.FORMAT.title,)  # formats that number the targets of each file from 1
 
 
@@ -135,6 +136,7 @@ def load_files(
     keep_apart(parts, files, local)
     one_spelling(parts)
     whole = together(parts, files)
+    whole.notes += other_columns([(file, part.named) for file, part in zip(files, parts, strict=True)])
     whole.notes += [f"left out: {reason}" for reason in left_out[:5]]
     if len(left_out) > 5:
         whole.notes.append(f"left out: {len(left_out) - 5} more files")
@@ -214,6 +216,22 @@ def wanted_names(where: str, columns: Columns) -> list[str]:
     if "row" in names:
         raise InputError(f"{where}: a column named 'row' cannot hold measurements; rename it")
     return names
+
+
+def other_columns(named: Sequence[tuple[str, Mapping[str, str]]]) -> list[str]:
+    """Notes on files whose columns are others than those of the first, which the summary names; role to name each."""
+    forms: dict[str, list[str]] = {}
+    for file, columns in named:
+        said = ", ".join(f"{role} = {name}" if role != name else role for role, name in sorted(columns.items()))
+        forms.setdefault(said, []).append(file)
+    others = list(forms.items())[1:]
+    notes = [
+        f"the columns named here are those of {named[0][0]}; those of {files[0]}"
+        + (f" and {len(files) - 1} more" if len(files) > 1 else "")
+        + f": {said}"
+        for said, files in others[:FORMS]
+    ]
+    return notes + ([f"files have {len(others) - FORMS} more forms of columns"] if len(others) > FORMS else [])
 
 
 def together(parts: list[Measurements], files: list[str]) -> Measurements:

@@ -33,6 +33,7 @@ TICKS = (
     ("ticks of 100 ns since 1601 (Windows)", 1.22755e17, 1.38536e17, 1e-7, 11_644_473_600.0),
     ("microseconds since 1601 (WebKit)", 1.22755e16, 1.38536e16, 1e-6, 11_644_473_600.0),
 )
+MINUTES = 20  # so many, none of which has seconds from 60 on, are minutes
 DIGITS = ((14, 1e13, 1e14), (12, 1e11, 1e12))  # yyyymmddHHMMSS and yyyymmddHHMM as numbers
 
 
@@ -196,4 +197,17 @@ def _day_in_digits(value: np.ndarray) -> Times | None:
     if (second >= 60).any() or (minute >= 60).any() or np.unique(known).size < 20 or not several:
         return None
     seconds = value // 10_000 * 3600 + value // 100 % 100 * 60 + value % 100
+    if not _goes_on(np.unique(known), np.unique(seconds[np.isfinite(value)])):
+        return None
     return Times(seconds, False, ["times are read as hours, minutes and seconds of the day (HHMMSS)"], True)
+
+
+def _goes_on(digits: np.ndarray, seconds: np.ndarray) -> bool:
+    """Whether times go on from one minute to the next as they do within it; both sorted.
+
+    Plain seconds of a few short recordings may all end on 0 to 59. Then the time between two of them is no usual one.
+    """
+    elapsed, crossing = np.diff(seconds), np.diff(digits // 100) > 0
+    if np.count_nonzero(crossing) >= MINUTES or crossing.all():
+        return True
+    return bool(np.median(elapsed[crossing]) <= 5.0 * np.median(elapsed[~crossing]))

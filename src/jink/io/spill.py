@@ -69,8 +69,11 @@ class Source:
                 found = [_summed(found)]
         names = _summed(found)
         numbers = names["target"].replace("", None).cast(pl.Int64, strict=False)
-        self.whole_numbers = self.pieced.table.format == "csv" and bool(
-            (numbers.is_not_null() | (names["target"] == "")).all()
+        padded = names["target"].str.contains(r"^0\d").any()
+        self.whole_numbers = (
+            self.pieced.table.format == "csv"
+            and not padded
+            and bool((numbers.is_not_null() | (names["target"] == "")).all())
         )
         if self.whole_numbers:
             names = _summed([names.with_columns(numbers.cast(pl.String).fill_null("").alias("target"))])

@@ -16,7 +16,7 @@ import polars as pl
 
 from ..io.errors import InputError
 from ..io.files import expand, name_of
-from ..io.loading import Reading
+from ..io.loading import Reading, other_columns
 from ..io.measurements import Measurements
 from ..io.pieces import pieced, row_count, same_kind
 from ..io.spill import SAMPLE, Source, Spill, check_alike
@@ -160,6 +160,7 @@ class Large:
             raise InputError(implausible(hopeless, tally.counts["targets"]))
         if not self.sample:
             summary["columns"] = self.spill.sources[0].opened.columns.named()
+        summary["notes"] += other_columns([(s.opened.file, s.opened.columns.named()) for s in self.spill.sources])
         summary["notes"].append(
             "the table is larger than --memory: it was divided by target, and the noise is that of a sample"
         )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 import polars as pl
 
 from ..catalogue.choose import axes_of
+from ..filters.corrected import Corrected
 from ..io.loading import Loaded
 from ..io.measurements import Measurements
 from .cleaning import Cleaned, changes
@@ -52,6 +53,16 @@ def own_noise(settings: Settings, measurements: Measurements) -> list[str]:
     return [f"the filter keeps its sensor's own {own}, and the noise estimated here is not used; --sensor-sd gives one"]
 
 
+def not_corrected(filters: Iterable[Any], settings: Settings) -> list[str]:
+    """A note where estimates are smoothed, which a learned correction leaves as they are."""
+    if settings.smoothing is None or not any(isinstance(filter, Corrected) for filter in filters):
+        return []
+    return [
+        "the filter's learned correction is one of filtered estimates; smoothed, they are those of the filter under "
+        "it, without a correction"
+    ]
+
+
 def summarise(
     loaded: Loaded,
     cleaned: Cleaned,
@@ -70,6 +81,7 @@ def summarise(
         which = "all" if len(groups) == 1 else f"{parts}"
         notes.append(in_the_plane(which, loaded.measurements, settings.filter))
     notes += own_noise(settings, loaded.measurements)
+    notes += not_corrected((group.filter for group in groups), settings)
     used = [group.rates for group in groups if group.rates.notes]
     if any(rates.sd for rates in used):
         notes += loaded.measurements.rate_notes

@@ -20,7 +20,7 @@ from .output import NisCounts
 from .plausibility import findings
 from .prepare import Known, Settings
 from .seen import Seen
-from .summary import in_the_plane, own_noise, plain, reasons, words_for
+from .summary import in_the_plane, not_corrected, own_noise, plain, reasons, words_for
 
 SLIM = ("target", "part", "time", "status", "speed", "acceleration_x", "acceleration_y", "measured_x", "measured_y")
 KNOWN = ("x", "measured_z", "nis")  # columns of which the checks ask whether there is a value
@@ -103,6 +103,7 @@ class Tally:
         if flat and measured is not None and measured.position != "polar":
             notes.append(in_the_plane(f"{flat}" if deep else "all", measured, settings.filter))
         notes += own_noise(settings, measured) if measured is not None else []
+        notes += not_corrected((filter for _, filter in known.filters.values()), settings)
         return {
             "files": list(files),
             "rows": self.rows,

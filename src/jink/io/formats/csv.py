@@ -22,6 +22,8 @@ MISSING = ["", "NA", "N/A", "NaN", "nan", "NAN", "null", "NULL", "None", "none",
 NO_UNIT = {"", "-", "--", "[-]", "(-)", "1", "utc", "UTC", "text", "string", "id", "n/a"}
 ALL_UNITS = {*LENGTH, *ANGLE, *SPEED, *TIME} - {"e7", "e6", "e5", "1e7", ""}
 IDENTIFIERS = set(ROLES["target"][1])
+# names of columns whose zeros in front say nothing
+NUMBERS = {name for role, (_, names) in ROLES.items() if role != "target" for name in names}
 # names of which a table may have but one
 NEEDED = {name for role in ("time", "target", *sum(POSITIONS.values(), ())) for name in ROLES[role][1]}
 
@@ -89,7 +91,12 @@ class CsvText:
         if not self._even():
             return self._line_by_line(wanted)
         ordered = sorted(wanted, key=self.names.index)
-        attempts: list[dict[str, Any]] = [{"infer_schema_length": 10_000}, {"infer_schema": False}]
+        # whole numbers would lose the zeros in front of them
+        texts = {name: pl.String for name in ordered if normal(name) in IDENTIFIERS}
+        attempts: list[dict[str, Any]] = [
+            {"infer_schema_length": 10_000, "schema_overrides": texts},
+            {"infer_schema": False},
+        ]
         for options in attempts[not typed :]:
             try:
                 frame = pl.read_csv(
@@ -109,7 +116,7 @@ class CsvText:
         return self._line_by_line(wanted)
 
     def _with_names(self, frame: pl.DataFrame) -> pl.DataFrame:
-        """Identifiers such as 3e1234 stay text (as a number that one is infinite), and so do degrees of -0."""
+        """Identifiers such as 3e1234 (as a number that one is infinite) and 007 stay text, and so do degrees of -0."""
         zero = f"{self.separator}-0{self.separator}".encode() in self.content
         wrong = [
             name
@@ -117,14 +124,21 @@ class CsvText:
             if (kind == pl.Float64 and (normal(name) in IDENTIFIERS or frame[name].is_infinite().any()))
             or (kind == pl.Int64 and zero and normal(name).startswith(("lat", "lon", "lng")))
         ]
-        if not wrong:
+        padded = [
+            name
+            for name, kind in frame.schema.items()
+            if kind == pl.Int64 and name not in wrong and not {normal(name), normal(name).rpartition("_")[0]} & NUMBERS
+        ]
+        if not wrong and not padded:
             return frame
-        places = [self.names.index(name) for name in wrong]
+        ordered = sorted([*wrong, *padded], key=self.names.index)
+        places = [self.names.index(name) for name in ordered]
         text = pl.read_csv(
             self.content, separator=self.separator, null_values=MISSING, columns=places, infer_schema=False
         )
-        text.columns = wrong
-        return frame.with_columns(text) if text.height == frame.height else frame
+        text.columns = ordered
+        kept = [name for name in ordered if name in wrong or _padded(text[name])]
+        return frame.with_columns(text.select(kept)) if text.height == frame.height else frame
 
     def _even(self) -> bool:
         """Whether all lines can have as many fields as the header. Polars fills short lines silently."""
@@ -164,3 +178,8 @@ class CsvText:
             schema={"row": pl.UInt32, **dict.fromkeys(wanted, pl.String)},
         )
         return frame, unreadable(*bad)
+
+
+def _padded(texts: pl.Series) -> bool:
+    """Whether some whole numbers begin with a zero that a number would not keep."""
+    return bool((texts.str.starts_with("0") & (texts.str.len_bytes() > 1)).any())
