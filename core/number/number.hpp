@@ -71,9 +71,17 @@ template <class T> JINK_INLINE T splat(double value) {
 template <> JINK_INLINE PackSingle splat<PackSingle>(double value) { return float(value) - PackSingle{}; }
 
 JINK_INLINE float narrowed(double x) { return float(x); }
-JINK_INLINE PackSingle narrowed(Pack x) { return __builtin_convertvector(x, PackSingle); }
 JINK_INLINE double widened(float x) { return x; }
+#if defined(__AVX512F__) && JINK_LANES == 8  // GCC 12 converts lane by lane
+JINK_INLINE PackSingle narrowed(Pack x) { return (PackSingle)_mm512_cvtpd_ps((__m512d)x); }
+JINK_INLINE Pack widened(PackSingle x) { return (Pack)_mm512_cvtps_pd((__m256)x); }
+#elif defined(__AVX__) && JINK_LANES == 4
+JINK_INLINE PackSingle narrowed(Pack x) { return (PackSingle)_mm256_cvtpd_ps((__m256d)x); }
+JINK_INLINE Pack widened(PackSingle x) { return (Pack)_mm256_cvtps_pd((__m128)x); }
+#else
+JINK_INLINE PackSingle narrowed(Pack x) { return __builtin_convertvector(x, PackSingle); }
 JINK_INLINE Pack widened(PackSingle x) { return __builtin_convertvector(x, Pack); }
+#endif
 
 template <class T> JINK_INLINE Mask<T> splat_mask(bool value) {
     if constexpr (width<T> == 1) return value;

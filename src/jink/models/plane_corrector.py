@@ -74,7 +74,7 @@ class PlaneCorrector:
         if not hidden:
             raise ValueError("PlaneCorrector.bias: expected one number for each unit of a hidden layer, got none")
         for name, shape in shapes.items():
-            values = given[name] if given[name].size else given[name].reshape(shape)
+            values = given[name] if given[name].size or 0 not in shape else np.zeros(shape)
             if values.shape != shape or not np.isfinite(values).all():
                 raise ValueError(f"PlaneCorrector.{name}: expected finite numbers of shape {shape}, got {values.shape}")
             object.__setattr__(self, name, values.tolist())
