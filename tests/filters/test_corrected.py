@@ -219,8 +219,9 @@ def test_the_engine_refuses_numbers_that_its_layers_do_not_take():
 
     _, aided = filters()
     declaration = native.Declaration(aided.declaration)
-        own = aided.corrector.numbers()
-    for inputs, sizes, numbers in ((18, [5, 3], [1.0]), (16, [5, 3], own), (18, [5], own), (18, [5, 33], own), (18, [999, 3], own)):
+    own = aided.corrector.numbers()
+    wrong = ((18, [5, 3], [1.0]), (16, [5, 3], own), (18, [5], own), (18, [5, 33], own), (18, [999, 3], own))
+    for inputs, sizes, numbers in wrong:
         declaration.aid = native.Aid(
             kind=native.AidInputs.plane, inputs=inputs, outputs=1, sizes=sizes, numbers=numbers
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -43,7 +44,7 @@ def test_the_engine_sees_what_training_sees(found):
     said = np.zeros((*taken.shape, 4))
     for b in range(len(z)):  # a restart forgets
         began = np.r_[0, np.flatnonzero(seen.status[b] == jink.Status.restarted), z.shape[1]]
-        for first, end in zip(began[:-1], began[1:], strict=True):
+        for first, end in pairwise(began):
             rows = first + np.flatnonzero(taken[b, first:end])
             part = u.reshape(*taken.shape, -1)[b, rows][:, None]
             sides = np.split(part, [even.shape[-1]], axis=-1)
