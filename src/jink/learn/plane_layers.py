@@ -103,9 +103,9 @@ def loss(values: Parameters, d: Scans) -> tuple[float, int]:
 
 def gradients(values: Parameters, d: Scans) -> list[Array]:
     """Of the loss per scan that counts; the correction does not care for the NEES."""
-    _, _, _, V, _, W, logit, G, _, K = values
+    V, W = values[3], values[5]
     left, nees, factor, layers = _parts(values, d)
-    seen_u, seen_w, plus, minus, total, difference, said_u, said_w = layers
+    seen_u, seen_w, _, _, total, difference, _, _ = layers
     share = np.float32(1.0 / max(1, d.counts.sum()))
     slope = d.weight * left * share
     of_factor = np.where((np.abs(factor) < LARGEST) & d.counts, NEES_SHARE * (4 - nees), 0.0) * share
