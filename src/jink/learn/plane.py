@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -74,13 +75,14 @@ def fit_plane(
     step = 0
     for epoch in range(epochs):
         for some in np.array_split(rng.permutation(len(learned)), batches):
-            rate = float(0.5 * RATE * (1 + np.cos(np.pi * step / steps)))
-            values = adam.step(values, _shortened(gradients(values, learned.scans(some))), np.float32(rate))
+            rate: Any = np.float32(0.5 * RATE * (1 + np.cos(np.pi * step / steps)))
+            values = adam.step(values, _shortened(gradients(values, learned.scans(some))), rate)
             step += 1
         kept.offer(checked.loss(values), values)
         if progress:
             progress(f"epoch, least loss {kept.loss:.4f}", epoch + 1, epochs)
-    arrays = {k: np.asarray(v).tolist() for k, v in given.items()} | finished(kept.value)
+    arrays: dict[str, Any] = {k: np.asarray(v).tolist() for k, v in given.items()}
+    arrays |= finished(kept.value)
     return PlaneCorrector(**arrays, fade=SPREADS[kind].fade)
 
 
@@ -123,7 +125,7 @@ class _Windows:
         u = (np.clip(np.hstack([pairs.even, pairs.odd]), low, high) - centre) / scale
         n = pairs.even.shape[1]
         columns = u[:, :n], u[:, n:], pairs.error, pairs.weight, pairs.inverse
-        self.columns = [a.astype(np.float32) for a in columns]
+        self.columns: list[Any] = [a.astype(np.float32) for a in columns]
         first = np.flatnonzero(pairs.begins)
         age = np.arange(len(pairs)) - first[np.cumsum(pairs.begins) - 1]
         self.first = np.flatnonzero(age % WINDOW == 0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +37,7 @@ def initial(even: int, hidden: int, kept: int, rng: np.random.Generator) -> Para
     def drawn(size: float, *shape: int) -> Array:
         return size * rng.standard_normal(shape)
 
-    values = [
+    values: list[Any] = [
         *(drawn(first, hidden, even + kept), drawn(first, hidden, ODD + kept), np.zeros(hidden)),
         *(drawn(last, ANSWERS[0], hidden), np.zeros(ANSWERS[0]), drawn(last, ANSWERS[1], hidden)),
         *(np.zeros(kept), drawn(recall, kept, hidden), np.zeros(kept), drawn(recall, kept, hidden)),
@@ -54,7 +55,7 @@ def finished(values: Parameters) -> dict[str, list]:
 def parameters(corrector: PlaneCorrector) -> Parameters:
     """The other way round."""
     hidden, kept = corrector.hidden, len(corrector.keep)
-    values = [np.asarray(getattr(corrector, name), dtype=np.float32) for name in PlaneCorrector.LAYERS]
+    values: list[Any] = [np.asarray(getattr(corrector, name), dtype=np.float32) for name in PlaneCorrector.LAYERS]
     values[6] = np.log(values[6] / (1 - values[6]))
     values[7], values[9] = (values[k].reshape(kept, hidden) for k in (7, 9))
     return values
@@ -142,6 +143,7 @@ def _backwards(values: Parameters, layers: tuple[Array, ...], of_total: Array, o
         np.multiply((1 - keep) * o, within[1][k], out=to_o[k])
         total, difference = of_total[k] + to_a[k] @ G, of_difference[k] + to_o[k] @ K
         p, q = 0.5 * (total + difference) * (plus[k] > 0), 0.5 * (total - difference) * (minus[k] > 0)
-        np.add(p, q, out=to_s[k]), np.subtract(p, q, out=to_t[k])
+        np.add(p, q, out=to_s[k])
+        np.subtract(p, q, out=to_t[k])
         a, o = keep * a + to_s[k] @ own_A, keep * o + to_t[k] @ own_B
     return [to_s, to_t, to_a, to_o, of_keep * keep * (1 - keep)]
