@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -184,6 +185,16 @@ def test_saved_and_loaded(tmp_path):
     again = jink.load(tmp_path / "corrected.json")
     assert again == aided
     assert_array_equal(run(again, time, z).x, run(aided, time, z).x)
+
+
+def test_a_file_of_a_network_that_remembers_nothing_may_leave_that_out(tmp_path):
+    (_, aided), file = filters(kept=0), tmp_path / "corrected.json"
+    aided.save(file)
+    said = json.loads(file.read_text())
+    for name in ("keep", "recall", "recall_bias", "recall_across"):
+        assert said["corrector"].pop(name) == []
+    file.write_text(json.dumps(said))
+    assert jink.load(file) == aided
 
 
 @pytest.mark.parametrize(

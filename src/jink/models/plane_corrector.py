@@ -55,7 +55,7 @@ class PlaneCorrector:
     recall_bias: Sequence[float] = ()
     recall_across: Sequence[Sequence[float]] = ()
     fade: float = 0.25
-    trust: float = 4.0
+    trust: float = 1.0
     memory: float = 0.98
     trained: Trained | None = None
 
