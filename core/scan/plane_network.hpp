@@ -63,7 +63,10 @@ template <class T> class PlaneNetwork {
     int even = 0, odd = 0, kept = 0, blocks = 0;
     std::vector<float> weights, offsets, keep;  // weights: of one block of units after the other, as operator() takes them
 
-    static void recall(float share, S said, S &held) { held = share * held + (1.0f - share) * larger<S>(smaller<S>(said, splat<S>(plane_bound)), splat<S>(-plane_bound)); }
+    static void recall(float share, S said, S &held) {
+        const S bounded = larger<S>(smaller<S>(said, splat<S>(plane_bound)), splat<S>(-plane_bound));
+        held = bounded + share * (held - bounded);  // rounded alike with and without lanes
+    }
 
     JINK_INLINE const float *units(const float *from, const S *u, const S *w, S *total, S *difference) const {
         const S zero = splat<S>(0.0);
