@@ -88,15 +88,10 @@ def lower_level(request, tmp_path_factory):
     return dict(np.load(out))
 
 
-def rounding(name, within):
-    """How nearly numbers agree that were computed by other instructions: layers in single precision to 1e-6."""
-    return 1e-6 if "imm-corrected" in name else within
-
-
 @claims("levels")
 def test_instruction_set_levels_agree(name, lower_level):
-    """To 1e-12 of the filter's own scale."""
-    within = rounding(name, 1e-12)
+    """To 1e-12 of the filter's own scale; layers in single precision to 1e-6."""
+    within = 1e-6 if "imm-corrected" in name else 1e-12
     t, z, offsets, _ = fleet()
     here = build(name).filter(t, z, offsets=offsets)
     there = {part: lower_level[f"{name}/{part}"] for part in ("x", "P", "mode_probability", "status")}
@@ -140,7 +135,7 @@ def test_live_is_the_batch_filter(name):
     for k in range(40):
         now = live.update(t[k], z[k])
         sd = np.sqrt(np.diag(est.P[k]))
-        assert np.all(np.abs(now.x - est.x[k]) <= rounding(name, 1e-12) * (np.abs(est.x[k]) + sd))
+        assert np.all(np.abs(now.x - est.x[k]) <= 1e-12 * (np.abs(est.x[k]) + sd))
         assert_allclose(now.mode_probability, est.mode_probability[k], rtol=1e-12, atol=1e-12)
         assert now.status == jink.STATUS[est.status[k]]
 
@@ -176,7 +171,7 @@ def test_live_batch_is_many_live_targets(name):
             assert jink.STATUS[now.status[i]] == one.status
             if now.status[i]:
                 sd = np.sqrt(np.diag(now.P[i]))
-                assert np.all(np.abs(now.x[i] - one.x) <= rounding(name, 1e-11) * (np.abs(one.x) + sd))
+                assert np.all(np.abs(now.x[i] - one.x) <= 1e-11 * (np.abs(one.x) + sd))
             else:
                 assert np.isnan(now.x[i]).all()
 
