@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 #ifndef JINK_LANES
 #define JINK_LANES 2
@@ -44,14 +45,43 @@ template <> struct NumberTraits<Pack> {
     using Bits = PackMask;
     static constexpr int width = lanes;
 };
+// Numbers in single precision, as many as there are tracks: of learned layers alone, which need no more.
+typedef float PackSingle __attribute__((vector_size(4 * JINK_LANES)));
+typedef std::int32_t PackSingleMask __attribute__((vector_size(4 * JINK_LANES)));
+template <> struct NumberTraits<float> {
+    using Mask = bool;
+    using Bits = std::int32_t;
+    static constexpr int width = 1;
+};
+template <> struct NumberTraits<PackSingle> {
+    using Mask = PackSingleMask;
+    using Bits = PackSingleMask;
+    static constexpr int width = lanes;
+};
 template <class T> using Mask = typename NumberTraits<T>::Mask;
 template <class T> using Bits = typename NumberTraits<T>::Bits;
 template <class T> inline constexpr int width = NumberTraits<T>::width;
+template <class T> using Single = std::conditional_t<width<T> == 1, float, PackSingle>;
 
 template <class T> JINK_INLINE T splat(double value) {
     if constexpr (width<T> == 1) return T(value);
     else return value - T{};
 }
+
+template <> JINK_INLINE PackSingle splat<PackSingle>(double value) { return float(value) - PackSingle{}; }
+
+JINK_INLINE float narrowed(double x) { return float(x); }
+JINK_INLINE double widened(float x) { return x; }
+#if defined(__AVX512F__) && JINK_LANES == 8  // GCC 12 converts lane by lane
+JINK_INLINE PackSingle narrowed(Pack x) { return (PackSingle)_mm512_cvtpd_ps((__m512d)x); }
+JINK_INLINE Pack widened(PackSingle x) { return (Pack)_mm512_cvtps_pd((__m256)x); }
+#elif defined(__AVX__) && JINK_LANES == 4
+JINK_INLINE PackSingle narrowed(Pack x) { return (PackSingle)_mm256_cvtpd_ps((__m256d)x); }
+JINK_INLINE Pack widened(PackSingle x) { return (Pack)_mm256_cvtps_pd((__m128)x); }
+#else
+JINK_INLINE PackSingle narrowed(Pack x) { return __builtin_convertvector(x, PackSingle); }
+JINK_INLINE Pack widened(PackSingle x) { return __builtin_convertvector(x, Pack); }
+#endif
 
 template <class T> JINK_INLINE Mask<T> splat_mask(bool value) {
     if constexpr (width<T> == 1) return value;
@@ -114,9 +144,13 @@ template <class T> JINK_INLINE T smaller(T a, T b) { return select<T>(a < b, a, 
 #if defined(__AVX512F__) && JINK_LANES == 8
 template <> JINK_INLINE Pack larger<Pack>(Pack a, Pack b) { return (Pack)_mm512_max_pd((__m512d)a, (__m512d)b); }
 template <> JINK_INLINE Pack smaller<Pack>(Pack a, Pack b) { return (Pack)_mm512_min_pd((__m512d)a, (__m512d)b); }
+template <> JINK_INLINE PackSingle larger<PackSingle>(PackSingle a, PackSingle b) { return (PackSingle)_mm256_max_ps((__m256)a, (__m256)b); }
+template <> JINK_INLINE PackSingle smaller<PackSingle>(PackSingle a, PackSingle b) { return (PackSingle)_mm256_min_ps((__m256)a, (__m256)b); }
 #elif defined(__AVX__) && JINK_LANES == 4
 template <> JINK_INLINE Pack larger<Pack>(Pack a, Pack b) { return (Pack)_mm256_max_pd((__m256d)a, (__m256d)b); }
 template <> JINK_INLINE Pack smaller<Pack>(Pack a, Pack b) { return (Pack)_mm256_min_pd((__m256d)a, (__m256d)b); }
+template <> JINK_INLINE PackSingle larger<PackSingle>(PackSingle a, PackSingle b) { return (PackSingle)_mm_max_ps((__m128)a, (__m128)b); }
+template <> JINK_INLINE PackSingle smaller<PackSingle>(PackSingle a, PackSingle b) { return (PackSingle)_mm_min_ps((__m128)a, (__m128)b); }
 #endif
 
 JINK_INLINE double square_root(double x) { return std::sqrt(x); }

@@ -60,17 +60,18 @@ enum class AidInputs { none, residuals, innovations, sums, plane };
 enum class AidModel { network, triangular, gaussian, bell };
 
 inline constexpr int aid_factors = 3;    // of the sds of position, velocity, acceleration
-inline constexpr int plane_memory = 13;  // numbers that a correction in the plane keeps of a track (plane_corrector.hpp)
+inline constexpr int plane_memory = 13;  // numbers that a correction in the plane keeps of a track beside what its network remembers
 
 struct AidDeclaration {
     AidInputs kind = AidInputs::none;
     AidModel model = AidModel::network;
     int inputs = 0, outputs = 0;
-    std::vector<int> sizes;       // of the network's layers, or membership functions per input
+    std::vector<int> sizes;       // of the network's layers, or membership functions per input; in the plane: units, and what they remember
     std::vector<double> numbers;  // as Aid reads them
     // Innovations that are looked back on: input k of sums takes 2^k of them.
     int history() const { return kind == AidInputs::innovations ? inputs : kind == AidInputs::sums ? 1 << (inputs - 1) : 0; }
-    int memory(int axes) const { return kind == AidInputs::plane ? plane_memory : history() * axes; }
+    int kept() const { return sizes.size() > 1 ? sizes[1] : 0; }  // in the plane
+    int memory(int axes) const { return kind == AidInputs::plane ? plane_memory + 2 * kept() : history() * axes; }
 };
 
 // What a target does while nothing is measured (coasting.hpp). Times in seconds; after 0: it goes on as it was.

@@ -22,9 +22,11 @@ inline void check_plane(const Declaration &d) {
     const int modes = int(d.modes.size()), even = plane_even(modes);
     if (d.axes() < 2 || !d.has_acceleration() || d.propose.kind != Propose::all)
         throw std::invalid_argument("aid: a correction in the plane needs two axes, a mode that accelerates and a fixed set of modes");
-    if (d.aid.sizes.size() != 1 || d.aid.inputs != even)
+    if (d.aid.sizes.empty() || d.aid.sizes.size() > 2 || d.aid.kept() > plane_kept)
+        throw std::invalid_argument("aid: expected units and at most " + std::to_string(plane_kept) + " quantities that they remember");
+    if (d.aid.inputs != even)
         throw std::invalid_argument("aid: expected " + std::to_string(even) + " inputs for " + std::to_string(modes) + " modes, got " + std::to_string(d.aid.inputs));
-    if (int(d.aid.numbers.size()) != plane_numbers(even, d.aid.sizes[0])) throw std::invalid_argument("aid: has another number of weights than its layers take");
+    if (int(d.aid.numbers.size()) != plane_numbers(even, d.aid.sizes[0], d.aid.kept())) throw std::invalid_argument("aid: has another number of weights than its layers take");
 }
 
 inline void check_limits(const Declaration &d) {

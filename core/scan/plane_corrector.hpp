@@ -1,23 +1,25 @@
 // A learned correction of position and velocity in the plane, along and across the estimated course; aid.hpp puts it on the output.
 //
-// Even inputs stay as they are when the plane is mirrored along the course, odd ones change sign. With h+- = max(0, A u + b +- B w) the even
-// answers are V (h+ + h-)/2 + v and the odd ones W (h+ - h-)/2, so that a mirrored target is corrected by the mirror image.
+// Even inputs stay as they are when the plane is mirrored along the course, odd ones change sign; plane_network.hpp answers a mirrored target by
+// the mirror image. Inputs and memory are in double precision, the network and the ranges of its inputs in single.
 // The share of it that goes out is f g. f falls from 1 to 0 as inputs leave the range of the training. g is what the innovations say of the
 // earlier corrections of the same track: with d = c_p + dt c_v, what a correction said of the next innovation y, in its sd,
 // g = (k + sum y.d) / (k + sum d.d), within 0 and 1, both sums fading. It is the ridge regression of y on d, drawn towards 1.
 #pragma once
 
 #include "scan/composition.hpp"
+#include "scan/plane_network.hpp"
 
 namespace jink::inline JINK_LEVEL {
 
-inline constexpr int plane_odd = 6, plane_halves = 2;
+inline constexpr int plane_odd = 6;
 // How fast what is remembered fades, per accepted scan.
 inline constexpr double plane_fast = 0.6, plane_slow = 0.85, plane_average = 0.04, plane_most = 10.0, plane_fastest = 6.0;
 
 constexpr int plane_even(int modes) { return 12 + 2 * (modes - 1); }
-// low, high, centre, scale of each even input and of each odd one; fade, k, forgetting; A, B, b, V, v, W.
-constexpr int plane_numbers(int even, int hidden) { return 4 * (even + plane_odd) + 3 + hidden * (even + plane_odd + 1) + 3 * (hidden + 1) + 2 * hidden; }
+// low, high, centre, scale of each even input and of each odd one; fade, k, forgetting; the network's weights.
+constexpr int plane_ranges(int even) { return 4 * (even + plane_odd) + 3; }
+constexpr int plane_numbers(int even, int hidden, int kept) { return plane_ranges(even) + plane_weights(even, plane_odd, hidden, kept); }
 
 // Mean (x, y) and covariance (xx, xy, yy) over the modes of what they say of the plane's positions (0) or velocities (1).
 template <class T> struct PlaneMoments {
@@ -52,27 +54,27 @@ template <class T> struct Seen {
 
 template <class T> class PlaneCorrector {
   public:
+    using S = Single<T>;
+
     PlaneCorrector() = default;
     PlaneCorrector(const AidDeclaration &declared, const StateShape &reported)
-        : shape(reported), even(declared.inputs), hidden(declared.sizes[0]), numbers(declared.numbers) {
-        for (int k = 0; k < even + plane_odd; ++k) {
-            const double *r = &numbers[4 * k];
-            over_width.push_back(1.0 / (r[1] - r[0])), over_scale.push_back(1.0 / r[3]);
-        }
+        : shape(reported), even(declared.inputs), kept(declared.kept()), network(even, plane_odd, declared.sizes[0], kept, &declared.numbers[plane_ranges(even)]) {
+        const double *r = declared.numbers.data();
+        for (int k = 0; k < even + plane_odd; ++k, r += 4)
+            for (const double value : {r[0], r[1], 1.0 / (r[1] - r[0]), r[2], 1.0 / r[3]}) ranges.push_back(float(value));
+        over_fade = float(1.0 / r[0]), trust = r[1], forget = r[2];
     }
 
     // Into `out`: what is added to each reported component, then the factors of their sds.
     void operator()(const Seen<T> &o, T *memory, T *out) const {
         const T zero = splat<T>(0.0), one = splat<T>(1.0);
         for (int i = 0; i < shape.n; ++i) out[i] = zero, out[shape.n + i] = one;
-        T u[largest_layer], w[plane_odd], y[5];
+        T u[largest_layer], w[plane_odd], y[plane_answers];
         begin(o, memory);
         const View v(o, memory);
         remember(o, v, memory);
         inputs(o, v, memory, u, w);
-        const T f = scaled(u, w);
-        answer(u, w, y);
-        const T g = proved(memory);
+        const T f = answer(o, u, w, memory + plane_memory, y), g = proved(memory);
         const int p = 0, q = shape.block;
         const T c[4] = {f * y[0] * v.sd[0], f * y[1] * v.sd[1], f * y[2] * v.sd[2], f * y[3] * v.sd[3]};
         const T px = c[0] * v.e[0] - c[1] * v.e[1], py = c[0] * v.e[1] + c[1] * v.e[0];
@@ -88,49 +90,51 @@ template <class T> class PlaneCorrector {
 
   private:
     StateShape shape{};
-    int even = 0, hidden = 0;
-    std::vector<double> numbers, over_width, over_scale;
+    int even = 0, kept = 0;
+    PlaneNetwork<T> network;
+    std::vector<float> ranges;  // low, high, 1 / width, centre, 1 / scale of each input
+    float over_fade = 0.0f;
+    double trust = 0.0, forget = 0.0;
 
-    static T plane_root(T xx, T yy) { return square_root(larger<T>(0.5 * (xx + yy), splat<T>(1e-300))); }
+    static T plane_variance(T xx, T yy) { return larger<T>(0.5 * (xx + yy), splat<T>(1e-300)); }
 
-    // The frame along the course and the scales of a scan.
+    // The frame along the course and the scales of a scan: variances, and what things are divided by.
     struct View {
-        T e[2], speed, y[2], innovation[2], S_sd, measured, position, velocity, dt, sd[4];
+        T e[2], y[2], innovation[2], speed, measured, position, velocity, over_S, over_velocity, dt, sd[4];
 
-        static T along(const T *e, T xx, T xy, T yy) { return e[0] * e[0] * xx + 2.0 * e[0] * e[1] * xy + e[1] * e[1] * yy; }
-        static T sd_of(T variance) { return square_root(larger<T>(variance, splat<T>(1e-300))); }
+        static T along(const T *e, T xx, T xy, T yy) { return larger<T>(e[0] * e[0] * xx + 2.0 * e[0] * e[1] * xy + e[1] * e[1] * yy, splat<T>(1e-300)); }
+        static T root(T variance) { return variance * reciprocal_root<T>(variance); }
 
         View(const Seen<T> &o, const T *memory) {
-            const T zero = splat<T>(0.0), vx = o.velocity.mean[0], vy = o.velocity.mean[1];
-            speed = square_root(vx * vx + vy * vy);
+            const T zero = splat<T>(0.0), one = splat<T>(1.0), vx = o.velocity.mean[0], vy = o.velocity.mean[1];
+            speed = vx * vx + vy * vy;
             const Mask<T> moves = speed > zero;
-            const T over = 1.0 / select<T>(moves, speed, splat<T>(1.0));
-            e[0] = select<T>(moves, vx * over, splat<T>(1.0)), e[1] = select<T>(moves, vy * over, zero);
+            const T over = reciprocal_root<T>(select<T>(moves, speed, one));
+            e[0] = select<T>(moves, vx * over, one), e[1] = select<T>(moves, vy * over, zero);
             const T side[2] = {-e[1], e[0]};
             const T *R = o.fix->P, *Pp = o.position.P, *Pv = o.velocity.P;
             const T Sxx = o.before.P[0] + R[0], Sxy = o.before.P[1] + R[1], Syy = o.before.P[2] + R[2];
             for (int a = 0; a < 2; ++a) innovation[a] = select<T>(o.taken, o.fix->p[a] - o.before.mean[a], zero);
-            y[0] = (innovation[0] * e[0] + innovation[1] * e[1]) / sd_of(along(e, Sxx, Sxy, Syy));
-            y[1] = (innovation[0] * side[0] + innovation[1] * side[1]) / sd_of(along(side, Sxx, Sxy, Syy));
-            S_sd = plane_root(Sxx, Syy), measured = plane_root(R[0], R[2]);
-            position = plane_root(Pp[0], Pp[2]), velocity = plane_root(Pv[0], Pv[2]);
-            sd[0] = sd_of(along(e, Pp[0], Pp[1], Pp[2])), sd[1] = sd_of(along(side, Pp[0], Pp[1], Pp[2]));
-            sd[2] = sd_of(along(e, Pv[0], Pv[1], Pv[2])), sd[3] = sd_of(along(side, Pv[0], Pv[1], Pv[2]));
+            y[0] = (innovation[0] * e[0] + innovation[1] * e[1]) * reciprocal_root<T>(along(e, Sxx, Sxy, Syy));
+            y[1] = (innovation[0] * side[0] + innovation[1] * side[1]) * reciprocal_root<T>(along(side, Sxx, Sxy, Syy));
+            measured = plane_variance(R[0], R[2]), position = plane_variance(Pp[0], Pp[2]), velocity = plane_variance(Pv[0], Pv[2]);
+            over_S = reciprocal_root<T>(plane_variance(Sxx, Syy)), over_velocity = reciprocal_root<T>(velocity);
+            sd[0] = root(along(e, Pp[0], Pp[1], Pp[2])), sd[1] = root(along(side, Pp[0], Pp[1], Pp[2]));
+            sd[2] = root(along(e, Pv[0], Pv[1], Pv[2])), sd[3] = root(along(side, Pv[0], Pv[1], Pv[2]));
             dt = o.time - memory[10];
         }
     };
 
     // A track that begins has no past.
-    static void begin(const Seen<T> &o, T *memory) {
+    void begin(const Seen<T> &o, T *memory) const {
         if (!any(o.begun)) return;
-        for (int k = 0; k < plane_memory; ++k) memory[k] = select<T>(o.begun, splat<T>(k == 4 ? 1.0 : k == 5 ? 0.7 : 0.0), memory[k]);
+        for (int k = 0; k < plane_memory + 2 * kept; ++k) memory[k] = select<T>(o.begun, splat<T>(k == 4 ? 1.0 : k == 5 ? 0.7 : 0.0), memory[k]);
         memory[10] = select<T>(o.begun, o.time, memory[10]);
     }
 
     // The fading sums of innovations and averages, and what became of the correction before.
     void remember(const Seen<T> &o, const View &v, T *memory) const {
-        const double forget = numbers[4 * (even + plane_odd) + 2];
-        const T over = 1.0 / v.S_sd;
+        const T over = v.over_S;
         T square = splat<T>(0.0), hit = square, size = square;
         for (int a = 0; a < 2; ++a) {
             const T n = v.innovation[a] * over, d = (memory[6 + a] + v.dt * memory[8 + a]) * over;
@@ -149,22 +153,24 @@ template <class T> class PlaneCorrector {
         const int p = 0, q = shape.block, modes = (even - 12) / 2;
         const T *e = v.e, *Pv = o.velocity.P, tiny = splat<T>(1e-12);
         const auto log_of = [&](T x) { return logarithm<T>(larger<T>(x, tiny)); };
+        const auto half_log = [&](T x) { return 0.5 * logarithm<T>(larger<T>(x, tiny * tiny)); };  // of a root
         const auto along = [&](T x, T y) { return x * e[0] + y * e[1]; };
         const auto across = [&](T x, T y) { return y * e[0] - x * e[1]; };
-        const T over = 1.0 / v.velocity, time = v.position * over, pull = time * over;  // of an acceleration, in the estimate's own units
+        const T over = v.over_velocity, time = View::root(v.position) * over, pull = time * over;  // of an acceleration, in the estimate's own units
         const T fast = splat<T>(std::sqrt(1.0 - plane_fast * plane_fast)), slow = splat<T>(std::sqrt(1.0 - plane_slow * plane_slow));
         int k = 0;
         u[k++] = v.y[0];
         u[k++] = along(o.after[p + 2], o.after[q + 2]) * pull;
         for (int j = 0; j < modes; ++j) u[k++] = o.probability[j];
-        u[k++] = log_of(v.position / v.measured);
-        u[k++] = log_of(v.dt / time);
-        u[k++] = smaller<T>(log_of(v.speed * over), splat<T>(plane_fastest));
+        const T position = half_log(v.position), velocity = half_log(v.velocity), measured = half_log(v.measured), dt = log_of(v.dt);
+        u[k++] = position - measured;
+        u[k++] = dt - (position - velocity);
+        u[k++] = smaller<T>(half_log(v.speed) - velocity, splat<T>(plane_fastest));
         u[k++] = ((e[0] * e[0] - e[1] * e[1]) * (Pv[0] - Pv[2]) + 4.0 * e[0] * e[1] * Pv[1]) * (0.5 * over * over);
         u[k++] = fast * along(memory[0], memory[1]);
         u[k++] = slow * along(memory[2], memory[3]);
         for (int j = 0; j < modes; ++j) u[k++] = o.prior[j];
-        u[k++] = log_of(v.measured), u[k++] = log_of(v.dt), u[k++] = memory[4], u[k++] = memory[5];
+        u[k++] = measured, u[k++] = dt, u[k++] = memory[4], u[k++] = memory[5];
         w[0] = v.y[1];
         w[1] = across(o.after[p + 2], o.after[q + 2]) * pull;
         w[2] = (e[0] * e[1] * (Pv[2] - Pv[0]) + (e[0] * e[0] - e[1] * e[1]) * Pv[1]) * (over * over);
@@ -173,55 +179,31 @@ template <class T> class PlaneCorrector {
         w[5] = slow * across(memory[2], memory[3]);
     }
 
-    // Inputs within their range and scaled; returns how far the answer is believed.
-    T scaled(T *u, T *w) const {
-        T outside = splat<T>(0.0);
-        const double *r = numbers.data();
-        for (int k = 0; k < even + plane_odd; ++k, r += 4) {
-            T &x = k < even ? u[k] : w[k - even];
-            const T low = splat<T>(r[0]), high = splat<T>(r[1]);
-            outside = larger<T>(outside, larger<T>(low - x, x - high) * over_width[k]);
-            x = (larger<T>(smaller<T>(x, high), low) - r[2]) * over_scale[k];
-        }
-        return larger<T>(splat<T>(0.0), 1.0 - outside * (1.0 / *r));
+    // An input within its range and scaled; `outside` is how far any was beyond it, in widths.
+    S scaled(S x, const float *r, S &outside) const {
+        const S low = splat<S>(r[0]), high = splat<S>(r[1]);
+        outside = larger<S>(outside, larger<S>(low - x, x - high) * r[2]);
+        return (larger<S>(smaller<S>(x, high), low) - r[3]) * r[4];
     }
 
-    void answer(const T *u, const T *w, T *y) const {
-        const double *A = &numbers[4 * (even + plane_odd) + 3], *B = A + hidden * even, *b = B + hidden * plane_odd;
-        const double *V = b + hidden, *v = V + 3 * hidden, *W = v + 3;
-        for (int k = 0; k < 5; ++k) y[k] = splat<T>(0.0);
-        int j = 0;
-        for (; j + 8 <= hidden; j += 8) units<8>(j, A + j * even, B + j * plane_odd, b + j, V, W, u, w, y);
-        for (; j < hidden; ++j) units<1>(j, A + j * even, B + j * plane_odd, b + j, V, W, u, w, y);
-        y[0] = y[0] + v[0], y[2] = y[2] + v[1], y[4] = y[4] + v[2];
-    }
-
-    // Some hidden units side by side: their sums do not wait for one another.
-    template <int Units>
-    JINK_INLINE void units(int first, const double *A, const double *B, const double *b, const double *V, const double *W, const T *u, const T *w, T *y) const {
-        const T zero = splat<T>(0.0);
-        T s[Units], t[Units];
-        JINK_UNROLL
-        for (int r = 0; r < Units; ++r) s[r] = splat<T>(b[r]), t[r] = zero;
-        for (int i = 0; i < even; ++i)
-            JINK_UNROLL
-            for (int r = 0; r < Units; ++r) s[r] = s[r] + A[r * even + i] * u[i];
-        for (int i = 0; i < plane_odd; ++i)
-            JINK_UNROLL
-            for (int r = 0; r < Units; ++r) t[r] = t[r] + B[r * plane_odd + i] * w[i];
-        JINK_UNROLL
-        for (int r = 0; r < Units; ++r) {
-            const T up = larger<T>(s[r] + t[r], zero), down = larger<T>(s[r] - t[r], zero);
-            const T sum = 0.5 * (up + down), difference = 0.5 * (up - down);
-            const double *along = V + first + r, *across = W + first + r;
-            y[0] = y[0] + along[0] * sum, y[2] = y[2] + along[hidden] * sum, y[4] = y[4] + along[2 * hidden] * sum;
-            y[1] = y[1] + across[0] * difference, y[3] = y[3] + across[hidden] * difference;
+    // The network's answers, which remembers a scan that was taken; returns how far they are believed.
+    T answer(const Seen<T> &o, const T *u, const T *w, T *remembered, T *y) const {
+        S outside = splat<S>(0.0), narrow[largest_layer + plane_kept], odd[plane_odd + plane_kept], said[plane_answers];
+        const float *r = ranges.data();
+        for (int k = 0; k < even; ++k, r += 5) narrow[k] = scaled(narrowed(u[k]), r, outside);
+        for (int k = 0; k < plane_odd; ++k, r += 5) odd[k] = scaled(narrowed(w[k]), r, outside);
+        for (int k = 0; k < kept; ++k) narrow[even + k] = narrowed(remembered[k]), odd[plane_odd + k] = narrowed(remembered[kept + k]);
+        network(narrow, odd, said);
+        for (int k = 0; k < kept; ++k) {
+            remembered[k] = select<T>(o.taken, widened(narrow[even + k]), remembered[k]);
+            remembered[kept + k] = select<T>(o.taken, widened(odd[plane_odd + k]), remembered[kept + k]);
         }
+        for (int k = 0; k < plane_answers; ++k) y[k] = widened(said[k]);
+        return widened(larger<S>(splat<S>(0.0), 1.0f - outside * over_fade));
     }
 
     T proved(const T *memory) const {
-        const double k = numbers[4 * (even + plane_odd) + 1];
-        return larger<T>(splat<T>(0.0), smaller<T>(splat<T>(1.0), (k + memory[11]) / (k + memory[12])));
+        return larger<T>(splat<T>(0.0), smaller<T>(splat<T>(1.0), (trust + memory[11]) * reciprocal<T>(trust + memory[12])));
     }
 };
 

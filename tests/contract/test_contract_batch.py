@@ -90,7 +90,8 @@ def lower_level(request, tmp_path_factory):
 
 @claims("levels")
 def test_instruction_set_levels_agree(name, lower_level):
-    """To 1e-12 of the filter's own scale."""
+    """To 1e-12 of the filter's own scale; layers in single precision to 1e-6."""
+    within = 1e-6 if "imm-corrected" in name else 1e-12
     t, z, offsets, _ = fleet()
     here = build(name).filter(t, z, offsets=offsets)
     there = {part: lower_level[f"{name}/{part}"] for part in ("x", "P", "mode_probability", "status")}
@@ -98,8 +99,8 @@ def test_instruction_set_levels_agree(name, lower_level):
     started = here.status > 0
     scale, outer = (np.abs(here.x) + sd)[started], (sd[:, :, None] * sd[:, None, :])[started]
     assert_array_equal(there["status"], here.status)
-    assert (np.abs(there["x"] - here.x)[started] <= 1e-12 * scale).all()
-    assert (np.abs(there["P"] - here.P)[started] <= 1e-11 * outer).all()
+    assert (np.abs(there["x"] - here.x)[started] <= within * scale).all()
+    assert (np.abs(there["P"] - here.P)[started] <= 10 * within * outer).all()
     assert_allclose(there["mode_probability"], here.mode_probability, atol=1e-11)
 
 

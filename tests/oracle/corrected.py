@@ -12,7 +12,7 @@ from math import exp, hypot, log, sqrt
 
 import numpy as np
 
-FAST, SLOW, AVERAGE, MOST, FASTEST, LARGEST = 0.6, 0.85, 0.04, 10.0, 6.0, 0.7
+FAST, SLOW, AVERAGE, MOST, FASTEST, LARGEST, BOUND = 0.6, 0.85, 0.04, 10.0, 6.0, 0.7, 3.0
 
 
 @dataclass
@@ -28,6 +28,8 @@ class Memory:
     time: float = 0.0
     hit: float = 0.0
     size: float = 0.0
+    kept: np.ndarray | float = 0.0  # by the network: what is mirrored as it is
+    kept_across: np.ndarray | float = 0.0  # and what changes sign
 
 
 def block(names, x, P, letter):
@@ -112,8 +114,14 @@ def one(names, c, scan, m):
     u, w = scaled[: len(u)], scaled[len(u) :]
 
     # answers
+    keep = np.array(c.keep)
+    u, w = np.r_[u, m.kept + 0 * keep], np.r_[w, m.kept_across + 0 * keep]
     A, B, b = np.array(c.even), np.array(c.odd), np.array(c.bias)
     plus, minus = np.maximum(0, A @ u + b + B @ w), np.maximum(0, A @ u + b - B @ w)
+    recall, across = (np.reshape(k, (len(keep), len(b))) for k in (c.recall, c.recall_across))
+    recalled = recall @ ((plus + minus) / 2) + np.array(c.recall_bias)
+    m.kept = keep * m.kept + (1 - keep) * np.clip(recalled, -BOUND, BOUND)
+    m.kept_across = keep * m.kept_across + (1 - keep) * np.clip(across @ ((plus - minus) / 2), -BOUND, BOUND)
     even = np.array(c.along) @ ((plus + minus) / 2) + np.array(c.along_bias)
     odd = np.array(c.across) @ ((plus - minus) / 2)
     g = min(1.0, max(0.0, (c.trust + m.hit) / (c.trust + m.size)))

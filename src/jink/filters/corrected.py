@@ -46,7 +46,7 @@ class Corrected(Bank):
             model=native.AidModel.network,
             inputs=even_inputs(corrector.modes),
             outputs=1,
-            sizes=[corrector.hidden],
+            sizes=corrector.sizes,
             numbers=corrector.numbers(),
         )
         self.engine = native.Engine(self.declaration)

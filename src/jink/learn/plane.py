@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
 from ..catalogue.choose import default_filter
 from ..checks import Array
-from ..models.plane_corrector import ANSWERS, ODD, PlaneCorrector
+from ..models.plane_corrector import ODD, PlaneCorrector
 from .descent import Adam, Kept
 from .plane_families import RUNS, SPREADS, family
 from .plane_inputs import Pairs, pairs_of
+from .plane_layers import Parameters, Scans, finished, forward, gradients, initial, loss, parameters
 
-Parameters = list[Array]  # as PlaneCorrector.LAYERS
-LIMIT = 4.0  # sds of an input that the network sees
 QUANTILES = (0.001, 0.999)  # of an input: the range of the training
-FAMILIES, HIDDEN, EPOCHS, BATCH, RATE = 1000, 32, 12, 2048, 0.004
+FAMILIES, HIDDEN, EPOCHS, RATE = 1000, 32, 12, 0.004
+KEPT = 8  # quantities of each kind that the network remembers
+WINDOW, BATCH = 140, 32  # scans that gradients go back through, and windows at a time
 CHECK = 0.1  # share of families that training does not see
-NEES_SHARE, LARGEST = 0.02, 0.7
 FEWEST = 20  # families
 
 
@@ -53,7 +54,7 @@ def fit_plane(
 ) -> PlaneCorrector:
     """A correction of the kind's default filter; the epoch that does best on unseen families is kept.
 
-    memory: whether the network sees what is remembered of earlier scans; more: further rows to learn from and to check
+    memory: whether the network sees or keeps anything of earlier scans; more: further rows to learn from and to check
     on. Errors: ValueError for other kinds than those
     of ``SPREADS``, or for too few families.
     """
@@ -66,39 +67,41 @@ def fit_plane(
     if not memory:
         scale = _without_memory(scale, training.even.shape[1])
     given = dict(low=low, high=high, centre=centre, scale=scale)
-    scaled = [_scaled(pairs, *given.values()) for pairs in (training, check)]
+    learned, checked = (_Windows(pairs, *given.values()) for pairs in (training, check))
     rng, kept = np.random.default_rng([seed, 2]), Kept[Parameters]()
-    values = _initial(training.even.shape[1], hidden, rng)
-    adam, steps = Adam(RATE), epochs * max(1, len(training) // BATCH)
+    values = initial(training.even.shape[1], hidden, KEPT if memory else 0, rng)
+    batches = max(1, len(learned) // BATCH)
+    adam, steps = Adam(RATE), epochs * batches
     step = 0
     for epoch in range(epochs):
-        order = rng.permutation(len(training))
-        for rows in np.array_split(order, max(1, len(training) // BATCH)):
-            rate = 0.5 * RATE * (1 + np.cos(np.pi * step / steps))
-            values = adam.step(values, _shortened(_gradients(values, *(a[rows] for a in scaled[0]))), rate)
+        for some in np.array_split(rng.permutation(len(learned)), batches):
+            rate: Any = np.float32(0.5 * RATE * (1 + np.cos(np.pi * step / steps)))
+            values = adam.step(values, _shortened(gradients(values, learned.scans(some))), rate)
             step += 1
-        kept.offer(_loss(values, *scaled[1]), values)
+        kept.offer(checked.loss(values), values)
         if progress:
             progress(f"epoch, least loss {kept.loss:.4f}", epoch + 1, epochs)
-    layers = dict(zip(PlaneCorrector.LAYERS, (np.asarray(v, dtype=float) for v in kept.value), strict=True))
-    arrays = {k: np.asarray(v).tolist() for k, v in (given | layers).items()}
+    arrays: dict[str, Any] = {k: np.asarray(v).tolist() for k, v in given.items()}
+    arrays |= finished(kept.value)
     return PlaneCorrector(**arrays, fade=SPREADS[kind].fade)
 
 
 def left_over(corrector: PlaneCorrector, pairs: Pairs) -> tuple[float, float]:
     """RMS error of position and velocity with the correction over that without, as every track weighs the same."""
-    values = [np.asarray(getattr(corrector, name)) for name in PlaneCorrector.LAYERS]
-    u, w, error, weight, _ = _scaled(
-        pairs, *(np.asarray(v) for v in (corrector.low, corrector.high, corrector.centre, corrector.scale))
-    )
-    said = _forward(values, u, w)[0]
-    after, before = ((weight * e**2).reshape(-1, 2, 2).sum(axis=(0, 2)) for e in (error - said, error))
-    position, velocity = np.sqrt(after / before).tolist()
+    ranges = (np.asarray(v) for v in (corrector.low, corrector.high, corrector.centre, corrector.scale))
+    values, windows = parameters(corrector), _Windows(pairs, *ranges)
+    after, before = np.zeros(4), np.zeros(4)
+    for d in windows.all():
+        left = forward(values, d.u, d.w)[0] - d.error
+        after += (d.weight * left**2).sum(axis=(0, 1))
+        before += (d.weight * d.error**2).sum(axis=(0, 1))
+    position, velocity = np.sqrt(after.reshape(2, 2).sum(axis=1) / before.reshape(2, 2).sum(axis=1)).tolist()
     return position, velocity
 
 
 def ranges(pairs: Pairs) -> tuple[Array, Array, Array, Array]:
     """Low, high, centre and scale of each input; those of odd ones are even about zero."""
+    pairs = pairs.some(pairs.weight[:, 0] > 0)
     even_low, even_high = np.quantile(pairs.even, QUANTILES, axis=0)
     odd_high = np.quantile(np.abs(pairs.odd), QUANTILES[1], axis=0)
     centre, scale = pairs.even.mean(axis=0), pairs.even.std(axis=0) + 1e-6
@@ -115,63 +118,39 @@ def _without_memory(scale: Array, even: int) -> Array:
     return out
 
 
-def _scaled(pairs: Pairs, low: Array, high: Array, centre: Array, scale: Array) -> tuple[Array, ...]:
-    u = (np.clip(np.hstack([pairs.even, pairs.odd]), low, high) - centre) / scale
-    n = pairs.even.shape[1]
-    columns = u[:, :n], u[:, n:], pairs.error, pairs.weight, pairs.inverse
-    return tuple(a.astype(np.float32) for a in columns)  # type: ignore[return-value]
+class _Windows:
+    """Rows of tracks, scaled, cut into windows of up to ``WINDOW`` that follow each other on one track."""
 
+    def __init__(self, pairs: Pairs, low: Array, high: Array, centre: Array, scale: Array) -> None:
+        u = (np.clip(np.hstack([pairs.even, pairs.odd]), low, high) - centre) / scale
+        n = pairs.even.shape[1]
+        columns = u[:, :n], u[:, n:], pairs.error, pairs.weight, pairs.inverse
+        self.columns: list[Any] = [a.astype(np.float32) for a in columns]
+        first = np.flatnonzero(pairs.begins)
+        age = np.arange(len(pairs)) - first[np.cumsum(pairs.begins) - 1]
+        self.first = np.flatnonzero(age % WINDOW == 0)
+        self.length = np.diff(np.r_[self.first, len(pairs)])
 
-def _initial(even: int, hidden: int, rng: np.random.Generator) -> Parameters:
-    first = 1 / np.sqrt(even + ODD)
-    last = 0.1 / np.sqrt(hidden)
-    shapes = ((hidden, even), first), ((hidden, ODD), first), ((ANSWERS[0], hidden), last), ((ANSWERS[1], hidden), last)
-    A, B, V, W = (size * rng.standard_normal(shape) for shape, size in shapes)
-    values = [A, B, np.zeros(hidden), V, np.zeros(ANSWERS[0]), W]
-    return [a.astype(np.float32) for a in values]
+    def __len__(self) -> int:
+        return len(self.first)
 
+    def scans(self, which: np.ndarray) -> Scans:
+        """Of some windows; what a shorter one lacks does not count."""
+        steps = np.arange(self.length[which].max())[:, None]
+        rows = self.first[which] + np.minimum(steps, self.length[which] - 1)
+        u, w, error, weight, inverse = (a[rows] for a in self.columns)
+        weight[steps >= self.length[which]] = 0
+        return Scans(u, w, error, weight, inverse)
 
-def _forward(values: Parameters, u: Array, w: Array) -> tuple[Array, Array, tuple[Array, ...]]:
-    """Corrections (N, 4), log factor (N,), and what the gradient needs."""
-    A, B, b, V, v, W = values
-    s, t = u @ A.T + b, w @ B.T
-    plus, minus = np.maximum(s + t, 0), np.maximum(s - t, 0)
-    total, difference = 0.5 * (plus + minus), 0.5 * (plus - minus)
-    even, odd = total @ V.T + v, difference @ W.T
-    return (
-        np.stack([even[:, 0], odd[:, 0], even[:, 1], odd[:, 1]], axis=1),
-        even[:, 2],
-        (plus, minus, total, difference),
-    )
+    def all(self, at_once: int = 256) -> Iterator[Scans]:
+        """One part after the other."""
+        for k in range(0, len(self), at_once):
+            yield self.scans(np.arange(k, min(k + at_once, len(self))))
 
-
-def _parts(values: Parameters, u: Array, w: Array, error: Array, weight: Array, inverse: Array) -> tuple[Array, ...]:
-    """Corrections left over, scaled NEES and log factor."""
-    said, factor, layers = _forward(values, u, w)
-    left = said - error
-    factor = np.clip(factor, -LARGEST, LARGEST)
-    nees = np.minimum(np.einsum("ni,nij,nj->n", left, inverse, left), 100.0) * np.exp(-2 * factor)
-    return left, nees, factor, layers  # type: ignore[return-value]
-
-
-def _loss(values: Parameters, u: Array, w: Array, error: Array, weight: Array, inverse: Array) -> float:
-    """Σ weight (c − error)² / 2 + share · (NEES/2 + 4 ln factor), per row."""
-    left, nees, factor, _ = _parts(values, u, w, error, weight, inverse)
-    return float((0.5 * weight * left**2).sum(axis=1).mean() + NEES_SHARE * (0.5 * nees + 4 * factor).mean())
-
-
-def _gradients(values: Parameters, u: Array, w: Array, error: Array, weight: Array, inverse: Array) -> list[Array]:
-    """Of the loss; the correction does not care for the NEES."""
-    _, _, _, V, _, W = values
-    left, nees, factor, (plus, minus, total, difference) = _parts(values, u, w, error, weight, inverse)
-    slope = weight * left / len(u)
-    of_factor = np.where(np.abs(factor) < LARGEST, NEES_SHARE * (4 - nees), 0.0) / len(u)
-    even = np.stack([slope[:, 0], slope[:, 2], of_factor], axis=1).astype(np.float32)
-    odd = slope[:, 1::2]
-    to_total, to_difference = 0.5 * even @ V, 0.5 * odd @ W
-    to_plus, to_minus = (to_total + to_difference) * (plus > 0), (to_total - to_difference) * (minus > 0)
-    to_s, to_t = to_plus + to_minus, to_plus - to_minus
-    return [to_s.T @ u, to_t.T @ w, to_s.sum(axis=0), even.T @ total, even.sum(axis=0), odd.T @ difference]
+    def loss(self, values: Parameters) -> float:
+        """Per row that counts."""
+        sums = np.array([loss(values, scans) for scans in self.all()]).sum(axis=0)
+        return float(sums[0] / sums[1])
 
 
 def _shortened(gradients: list[Array], most: float = 0.5) -> list[Array]:

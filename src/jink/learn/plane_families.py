@@ -55,6 +55,7 @@ SPREADS = {
         noise=(0.004, 0.1),
         straight=0.1,
         usual=0.5,
+        fade=0.1,
     ),
     "aircraft": Spread(
         hardest=3.0,

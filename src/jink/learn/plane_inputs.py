@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -19,11 +20,11 @@ FAST, SLOW, AVERAGE, MOST, FASTEST = 0.6, 0.85, 0.04, 10.0, 6.0
 
 @frozen(kw_only=True, eq=False)
 class Pairs:
-    """Rows to learn from.
+    """Rows to learn from: scans of tracks in their order.
 
     even (N, inputs) and odd (N, ODD); error (N, 4): what the estimate lacks, along and across in position and in
-    velocity, over its own sds; weight (N, 4): what a square of it counts; inverse (N, 4, 4) of the covariance of
-    ``error``.
+    velocity, over its own sds; weight (N, 4): what a square of it counts, 0 for scans that are only remembered; inverse
+    (N, 4, 4) of the covariance of ``error``; begins (N,): nothing is remembered of the row before.
     """
 
     even: Array
@@ -31,6 +32,7 @@ class Pairs:
     error: Array
     weight: Array
     inverse: Array
+    begins: np.ndarray
 
     def __len__(self) -> int:
         return len(self.even)
@@ -38,8 +40,11 @@ class Pairs:
     @staticmethod
     def joined(parts: list[Pairs]) -> Pairs:
         """One after the other."""
-        names = ("even", "odd", "error", "weight", "inverse")
-        return Pairs(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+        return Pairs(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Pairs)})
+
+    def some(self, which: np.ndarray) -> Pairs:
+        """Of them those of a mask."""
+        return Pairs(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
 
 
 @frozen(kw_only=True)
@@ -122,24 +127,34 @@ def pairs_of(
     even, odd, e, n = inputs_of(seen, time, z, R[..., :2, :2])
     (p, Pp), (v, Pv) = seen.block("p"), seen.block("v")
     off = position - p, velocity - v
-    good = (seen.status == Status.updated) & np.isfinite(off[0] + off[1] + z[..., :2]).all(axis=-1)
+    taken = (seen.status == Status.updated) & np.isfinite(z[..., :2]).all(axis=-1)
+    good = taken & np.isfinite(off[0] + off[1]).all(axis=-1)
     good[:, :FIRST] = False
-    units = [np.sqrt(_form(P, d, d)) for P in (Pp, Pv) for d in (e, n)]
-    unit = np.stack(units, axis=-1)[good]
-    error = np.stack([(o * d).sum(axis=-1) for o in off for d in (e, n)], axis=-1)[good] / unit
+    unit = np.stack([np.sqrt(_form(P, d, d)) for P in (Pp, Pv) for d in (e, n)], axis=-1)[taken]
+    error = np.stack([(o * d).sum(axis=-1) for o in off for d in (e, n)], axis=-1)[taken] / unit
     at = [seen.names.index(letter + axis) for letter in "pv" for axis in "xy"]
     J = np.zeros((*e.shape[:2], 4, 4))  # to along and across
     for k in (0, 2):
         J[..., k, k : k + 2], J[..., k + 1, k : k + 2] = e, n
-    J = J[good] / unit[:, :, None]
-    P = J @ seen.P_after[good][:, at][:, :, at] @ J.swapaxes(1, 2)
+    J = J[taken] / unit[:, :, None]
+    P = J @ seen.P_after[taken][:, at][:, :, at] @ J.swapaxes(1, 2)
     inverse = np.asarray(np.linalg.inv(P), dtype=float)
+    counts, weight = good[taken], np.zeros_like(unit)
     turning = None if acceleration is None else np.hypot(*np.moveaxis(acceleration[good], -1, 0)) > TURNING
-    mean = _means([(o[good] ** 2).sum(axis=-1) for o in off], error, inverse, turning, weighing)
-    columns = even[good], odd[good], error, unit**2 / np.repeat(mean, 2, axis=-1), inverse
+    mean = _means([(o[good] ** 2).sum(axis=-1) for o in off], error[counts], inverse[counts], turning, weighing)
+    weight[counts] = unit[counts] ** 2 / np.repeat(mean, 2, axis=-1)
+    columns = even[taken], odd[taken], np.where(counts[:, None], error, 0.0), weight, inverse
     names = ("even", "odd", "error", "weight", "inverse")
     narrow: dict[str, Any] = {name: a.astype(np.float32) for name, a in zip(names, columns, strict=True)}
-    return Pairs(**narrow)
+    return Pairs(**narrow, begins=_begins(seen.status, taken))
+
+
+def _begins(status: np.ndarray, taken: np.ndarray) -> np.ndarray:
+    """Of the scans that were taken, the first ones of a track and after a restart."""
+    began = np.isin(status, (Status.initialised, Status.restarted))
+    began[:, 0] = True
+    track = np.cumsum(began.reshape(-1)).reshape(began.shape)[taken]
+    return np.r_[True, np.diff(track) > 0] if len(track) else np.zeros(0, bool)
 
 
 def _means(squares: list[Array], error: Array, inverse: Array, turning: np.ndarray | None, weighing: Weighing) -> Array:

@@ -28,7 +28,7 @@ from .recorded import drawn as drawn_radar
 
 RADARS, CHECK, UNSEEN = 24, 4, 6  # to learn from, to choose the epoch by, and for the figures
 COUNT = 6.0  # what a square of a recorded track counts, over one of a random family
-FAMILIES, HIDDEN, EPOCHS = 1200, 40, 14
+FAMILIES, HIDDEN, EPOCHS = 1200, 48, 20
 SETTLED = 10  # scans of a track before it is scored
 FEWEST = 4  # targets of each half
 
@@ -66,7 +66,7 @@ def corrector(path: str, how: How, columns: Mapping[str, str] | None = None) -> 
     targets = f"{len({each.target for each in learning})} recorded targets seen by {RADARS} radars"
     said = Trained(
         data=f"{families} random families of the kind {how.kind}, and {targets}",
-        method=f"network of {HIDDEN} units, {epochs} epochs of Adam",
+        method=f"network of {HIDDEN} units that remember, {epochs} epochs of Adam",
         seeds=(how.seed,),
         figures=figures,
         version=VERSION,

@@ -15,7 +15,7 @@ from ...models.provenance import VERSION, Trained
 from ...models.sensor import Position
 from .trainer import Trainer
 
-SETTINGS: dict[str, Any] = {"families": 2500, "hidden": 48, "epochs": 40}
+SETTINGS: dict[str, Any] = {"families": 4000, "hidden": 48, "epochs": 36}
 RECORDED = "JINK_FLIGHTS"  # in the environment: the quickstart collection of the package traffic
 QUICK: dict[str, Any] = {"families": FEWEST, "hidden": 4, "epochs": 1}
 
@@ -30,7 +30,7 @@ def corrector(kind: str) -> Trainer:
         ratios = left_over(found, unseen)
         said = Trained(
             data=f"{how['families']} random families of the kind {kind}",
-            method=f"network of {how['hidden']} units, {how['epochs']} epochs of Adam",
+            method=f"network of {how['hidden']} units that remember, {how['epochs']} epochs of Adam",
             seeds=(seed,),
             figures=list(zip(("position RMSE ÷ default's", "velocity RMSE ÷ default's"), ratios, strict=True)),
             version=VERSION,
