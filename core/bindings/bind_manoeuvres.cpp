@@ -121,7 +121,7 @@ nb::object manoeuvring_of(Column time, Indices first, Indices last, Column mode,
 
 // Of the rows (N,) of tracks laid end to end, which begin where `begins` (N,) says, the first row at most `back` seconds before each and the last
 // one at most `ahead` seconds after it: at least one row back, and one on unless `ahead` is 0, as far as the track goes.
-nb::object windows_of(Column time, Flags begins, double back, double ahead) {
+nb::tuple windows_of(Column time, Flags begins, double back, double ahead) {
     const std::int64_t rows = std::int64_t(time.size());
     if (std::int64_t(begins.size()) != rows) throw nb::value_error("windows: expected rows of one table");
     std::vector<std::int64_t> first(rows), last(rows);

@@ -584,7 +584,7 @@ def windows(
     begins: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order="C", device="cpu", writable=False)],
     back: float,
     ahead: float,
-) -> object: ...
+) -> tuple: ...
 
 earth_equator: float = 6378137.0
 
