@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from formats_written import CAR, FILES, PLANE, kml_track
+from formats_written import CAR, FILES, PLANE, kml_track, nmea
 
 import jink
 from jink.io.errors import InputError
@@ -149,6 +149,16 @@ def test_a_pipe_is_read_once(tmp_path):
     writer.start()
     CAR.agrees(jink.track(tmp_path / "pipe", kind="vehicle", details=True)[0])
     writer.join()
+
+
+def test_every_damaged_line_of_a_receiver_is_counted(tmp_path):
+    lines = nmea().splitlines()
+    damaged = lines[10].removeprefix("$")  # its first letter is lost
+    (tmp_path / "x.nmea").write_text(
+        "\n".join(["# a logger", *lines[:10], damaged, "", "!AIVDM,1,1,,A,x,0*00", *lines[11:]])
+    )
+    _, rejected, _ = jink.track(tmp_path / "x.nmea", kind="vehicle", details=True)
+    assert rejected.select("row", "reason").rows() == [(11, "not a sentence of NMEA 0183")]
 
 
 def test_ais_sentences_are_read_by_their_receivers_time(tmp_path):

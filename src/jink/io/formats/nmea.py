@@ -11,6 +11,7 @@ from .records import Format, Records, Refused
 
 SENTENCE = re.compile(r"\$([A-Z]{2})([A-Z]{3}),([^*]*)(?:\*([0-9A-Fa-f]{2}))?")
 POSITIONS = ("RMC", "GGA", "GLL")
+OTHERS = ("#", "%", ";", "//", "!")  # how comments of loggers begin, and sentences that hold other things
 
 
 def recognises(head: bytes) -> bool:
@@ -30,7 +31,7 @@ def read(file: str, content: bytes) -> Records:
     for number, line in enumerate(content.decode("latin-1").splitlines()):
         found = SENTENCE.search(line)
         if not found:
-            if "$" in line and line.strip():
+            if line.strip() and not line.lstrip().startswith(OTHERS):
                 refused.add(number, "not a sentence of NMEA 0183", line)
             continue
         fields = found[3].split(",")
