@@ -90,9 +90,6 @@ def main() -> Any:
     # A large page has to be found in one piece and cleared whole. Where memory is in pieces, that takes longer than the
     # small pages for which it stands.
     os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")
-    # The allocator of polars keeps freed memory apart for each thread. In one place any thread can take it again,
-    # instead of cleared pages from the system.
-    os.environ.setdefault("_RJEM_MALLOC_CONF", "narenas:1")
     called = [word for word in given[:1] if word in COMMANDS]
     # What is imported never becomes garbage, so it is looked through less often, and at the end not at all.
     gc.set_threshold(GARBAGE)
