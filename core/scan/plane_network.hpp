@@ -43,8 +43,6 @@ template <class T> class PlaneNetwork {
         offsets.assign(v, v + 3), offsets.insert(offsets.end(), g, g + kept), keep.assign(l, l + kept);
     }
 
-    int remembered() const { return kept; }
-
     // u, w: inputs, then what is remembered, which is set to what the next scan remembers; y: even and odd answers by turns.
     void operator()(S *u, S *w, S *y) const {
         S total[3 + plane_kept], difference[2 + plane_kept];

@@ -36,7 +36,6 @@ from .request import (
 OUTPUT, INPUT, CLEANING = "Output", "Input", "Cleaning (each step is on unless you switch it off)"
 PLOTS = "Plots without identity"
 ARCHIVE = "Archives (-o FOLDER/)"
-FEWEST = 4  # positions of a part
 
 
 class AltitudeUnit(StrEnum):
@@ -452,7 +451,7 @@ def settings_of(request: TrackRequest) -> tuple[Any, Any]:
         site=site,
         sites=sites,
         gap=request.gap,
-        min_points=FEWEST if request.min_points is None else request.min_points,
+        min_points=Settings.min_points if request.min_points is None else request.min_points,
         sort=not request.no_sort,
         drop_duplicates=not request.keep_duplicates,
         drop_stale=not request.keep_stale,

@@ -9,7 +9,6 @@ import numpy as np
 import polars as pl
 
 from ..catalogue.choose import axes_of
-from ..filters.corrected import Corrected
 from ..io.loading import Loaded
 from ..io.measurements import Measurements
 from .cleaning import Cleaned, changes
@@ -55,7 +54,11 @@ def own_noise(settings: Settings, measurements: Measurements) -> list[str]:
 
 def not_corrected(filters: Iterable[Any], settings: Settings) -> list[str]:
     """A note where estimates are smoothed, which a learned correction leaves as they are."""
-    if settings.smoothing is None or not any(isinstance(filter, Corrected) for filter in filters):
+    if settings.smoothing is None:
+        return []
+    from ..filters.corrected import Corrected
+
+    if not any(isinstance(filter, Corrected) for filter in filters):
         return []
     return [
         "the filter's learned correction is one of filtered estimates; smoothed, they are those of the filter under "
