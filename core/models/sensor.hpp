@@ -141,11 +141,9 @@ template <class T> struct Fix {
 };
 
 // z of a slant range, azimuth and height: over a sphere the place decides it, and it decides the place.
-template <class T> inline T sphere_under(const SensorSpec &s, const Measurement<T> &m) {
+template <class T> inline T sphere_under(const SensorSpec &s, const Measurement<T> &m, T sine, T cosine) {
     T z = m.z[2];
     if (!(s.radius > 0.0)) return z;
-    T sine, cosine;
-    sine_cosine(m.z[1], sine, cosine);
     const T east = s.from_north ? sine : cosine, north = s.from_north ? cosine : sine;
     for (int k = 0; k < 4; ++k) {  // each step is (range / radius)² closer
         const T dz = z - s.site[2], ground = square_root(larger<T>(m.z[0] * m.z[0] - dz * dz, splat<T>(0.0)));
@@ -163,24 +161,28 @@ template <class T> inline void unbiased_polar(const SensorSpec &s, const Measure
     const bool spatial = s.vertical == Vertical::elevation;
     T range = m.z[0], range_variance = variance(0), sheared = splat<T>(0.0), up_to = splat<T>(0.0);
     const T v = variance(1), w = spatial ? variance(2) : splat<T>(0.0);
+    T sa, ca;
+    sine_cosine(m.z[1], sa, ca);
     if (s.vertical == Vertical::height) {  // ground range from slant range and height; an error of the height shears it
-        up_to = sphere_under(s, m);
+        up_to = sphere_under(s, m, sa, ca);
         const T dz = up_to - s.site[2], ground2 = larger<T>(range * range - dz * dz, splat<T>(1.0));
         range_variance = (range * range * range_variance + dz * dz * variance(2)) / ground2;
         range = square_root(ground2);
         sheared = -(dz / range) * variance(2);
     }
-    T sa, ca, se, ce;
-    sine_cosine(m.z[1], sa, ca);
-    sine_cosine(spatial ? m.z[2] : splat<T>(0.0), se, ce);
-    const T la = exponential<T>(-0.5 * v), le = exponential<T>(-0.5 * w);
-    const T a = 0.5 * exponential_less_one<T>(-2.0 * v), b = 0.5 * exponential_less_one<T>(-2.0 * w) * (ce * ce - se * se);
-    const T r2 = range * range, level = ce * ce + b, rise = exponential_less_one<T>(w);
+    const T la = exponential<T>(-0.5 * v), a = 0.5 * exponential_less_one<T>(-2.0 * v), r2 = range * range;
+    T se = splat<T>(0.0), ce = splat<T>(1.0), le = ce, b = se, rise = se, fallen = se, e2 = ce;  // of an elevation that is zero and exact
+    if (spatial) {
+        sine_cosine(m.z[2], se, ce);
+        le = exponential<T>(-0.5 * w), e2 = exponential<T>(-2.0 * w);
+        rise = exponential_less_one<T>(w), fallen = exponential_less_one<T>(-2.0 * w);
+        b = 0.5 * fallen * (ce * ce - se * se);
+    }
+    const T level = ce * ce + b;
     const T along = r2 * (ce * ce * (exponential_less_one<T>(v + w) + a) + b * (1.0 + a)) + range_variance * (1.0 + a) * level;
     const T across = -((r2 + range_variance) * a * level);
     const T up = r2 * (rise * se * se - b) + range_variance * (se * se - b);
-    const T e2 = exponential<T>(-2.0 * w);
-    const T slope = se * ce * (r2 * (rise / la + la * exponential_less_one<T>(-2.0 * w)) + range_variance * la * e2) + la * sheared;
+    const T slope = se * ce * (r2 * (rise / la + la * fallen) + range_variance * la * e2) + la * sheared;
     const int c = s.from_north ? 1 : 0, n = 1 - c;  // the axis the azimuth counts from, and the other
     const T half = range * ce / (la * le);
     fix.p[c] = half * ca + s.site[c], fix.p[n] = half * sa + s.site[n];

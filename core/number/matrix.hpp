@@ -17,9 +17,23 @@ inline constexpr int largest_measurement = 6;
 // construction through updates that subtract.
 constexpr double rounding_share(int n) { return 4.0 * n * 2.220446049250313e-16; }
 
+// Whether all lanes of 2 x 2 or 3 x 3 hold a covariance that rounding leaves definite, by its minors; NaN does not.
+template <class T> inline bool surely_definite(int n, const T *P) {
+    const double share = 2.0 * rounding_share(n);
+    const T most = n == 2 ? larger<T>(P[0], P[2]) : larger<T>(larger<T>(P[0], P[2]), P[5]);
+    const T minor = P[0] * P[2] - P[1] * P[1];
+    Mask<T> sure = (P[0] > share * most) & (P[2] > share * most) & (minor > share * (P[0] * P[2]));
+    if (n == 3) {
+        const T whole = P[5] * minor - P[3] * (P[3] * P[2] - P[4] * P[1]) - P[4] * (P[4] * P[0] - P[3] * P[1]);
+        sure = sure & (P[5] > share * most) & (whole > share * (P[5] * minor));
+    }
+    return !any(inverse(sure));
+}
+
 // A symmetric matrix that is not a covariance becomes one, in place: variances stay, but none is less than what rounding leaves of
 // the largest; correlations beyond one are cut to what the variances allow. Lanes that hold a covariance are left as they are.
 template <class T> [[gnu::noinline]] void make_definite(int n, T *P) {
+    if ((n == 2 || n == 3) && surely_definite(n, P)) return;
     const double share = rounding_share(n);
     T most = splat<T>(1e-300), L[packed_size(largest_measurement)], made[packed_size(largest_measurement)];
     for (int i = 0; i < n; ++i) most = larger<T>(most, P[packed(i, i)]);
