@@ -23,9 +23,12 @@ import numpy as np
 
 from benchmarks.efficiency import FAMILIES, paired, planes, reference_of, squares
 from jink import Position, default_filter, load
-from jink.catalogue.learned import CORRECTED
+from jink.catalogue.corrected import CORRECTED
 from jink.catalogue.shipped import shipped
+from jink.compare.recorded import read
 from jink.filters.corrected import Corrected
+from jink.learn.plane_recorded import halves
+from jink.learn.recorded import Flown
 from jink.models.plane_corrector import PlaneCorrector
 from jink.scenarios import SCENARIOS
 from jink.scenarios.scenario import Scenario, Simulation
@@ -58,6 +61,11 @@ class Gain:
 def corrector_of(kind: str, file: Path | None = None) -> PlaneCorrector:
     """What is shipped for a kind, or what is in a file."""
     return (shipped(f"corrector-{kind}") if file is None else load(file)).corrector
+
+
+def not_learned(path: Path, corrector: PlaneCorrector) -> list[Flown]:
+    """Flights of the collection that it learned on, which its seed set aside."""
+    return halves(read(str(path), "aircraft", corrector.trained.seeds[0], positions=True))[1]
 
 
 def pair_of(kind: str, sensor: Any, corrector: PlaneCorrector) -> tuple[Any, Any]:

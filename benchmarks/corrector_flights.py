@@ -4,8 +4,8 @@
 
 FLIGHTS: the collection that it learned on (without: quickstart is fetched); measured on the flights that `jink learn
 corrector` sets aside by its seed. With --unseen on all flights of other files. FILE: a file of `jink learn corrector`
-instead of what is shipped. --forms: also `jink.track` with the one that is shipped, on the same plots as range and
-azimuth, x and y, latitude and longitude.
+instead of what is shipped. --forms: also `jink.track`, with the one that is shipped and without, on the same plots as
+range and azimuth, x and y, latitude and longitude.
 
 Ratios of corrected to default: R99 (RMSE of position without the worst 1 %), RMSE, velocity in turns and at all; NEES
 over 4 of position and velocity, the share of it inside its 95 % band and that of the NIS, without and with. Standard
@@ -25,13 +25,13 @@ from scipy.stats import chi2
 
 from benchmarks import forms
 from benchmarks.commands import fetch_collection
-from benchmarks.corrector import HURTS, corrector_of, pair_of
+from benchmarks.corrector import HURTS, corrector_of, not_learned, pair_of
 from benchmarks.flights import flights
 from jink import Position
 from jink.compare.recorded import read
 from jink.io.loading import Reading, load_files
 from jink.learn.plane_inputs import TURNING
-from jink.learn.plane_recorded import SETTLED, halves
+from jink.learn.plane_recorded import SETTLED
 from jink.learn.recorded import Flown, Radar, flown, local_cubic, seen
 from jink.models.tracks import Tracks
 from jink.tracking.prepare import Settings, prepare
@@ -188,7 +188,7 @@ def in_forms(path: Path, names: set[str], seed: int) -> None:
         plots = forms.seen(some, radar, seed)
         for form in (*forms.FORMS, forms.SLANT):
             try:
-                sides = [forms.tracked(plots, form, **how) for how in ({}, {"filter": "imm-corrected"})]
+                sides = [forms.tracked(plots, form, **how) for how in ({"filter": "imm"}, {})]
             except ValueError as error:
                 print(f"  {name:<6}{form:<30}not tracked: {error}", flush=True)
                 continue
@@ -211,11 +211,9 @@ def main() -> None:
     given = parser.parse_args()
     corrector = corrector_of(KIND, given.corrector)
     path = given.flights or fetch_collection()
-    learned_by = corrector.trained.seeds[0]
-    print(f"corrector: {corrector.trained.data}, {corrector.trained.method}, seed {learned_by}")
+    print(f"corrector: {corrector.trained.data}, {corrector.trained.method}, seed {corrector.trained.seeds[0]}")
     if not given.unseen:
-        recording = read(str(path), KIND, learned_by, positions=True)
-        some = halves(recording)[1]
+        some = not_learned(path, corrector)
         names = {each.target for each in some}
         print(f"{path.name}: {len(names)} flights that it has not learned from")
         table(some, path, corrector, given.seed)

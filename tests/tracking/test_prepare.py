@@ -74,4 +74,4 @@ def test_a_race_on_a_file_has_the_parts_noise_and_filter_of_its_tracks(tmp_path)
     np.testing.assert_array_equal(recording.tracks.z, group.placed.z)
     assert recording.sensor == group.purpose.sensor
     assert recording.purpose.gap == prepared.pace.wait and recording.purpose.interval == 4.0
-    assert FILTERS["imm"](recording.purpose).filter.described() == group.filter.described()
+    assert FILTERS["imm-corrected"](recording.purpose).filter.described() == group.filter.described()

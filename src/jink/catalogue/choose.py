@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 VELOCITIES = ("vx", "vy", "vz")
 # what a radar measures beside range and azimuth, and the sensor's argument for its noise
 RADAR = {"altitude": "height_sd", "elevation": "elevation_sd", "range_rate": "range_rate_sd"}
+PROVEN = ("aircraft", "fighter")  # kinds whose learned correction is on by default: see docs/corrector.md
 EARTH_RADIUS = 6_371_008.8  # m, the mean; where the site is known its own is taken
 
 
@@ -80,10 +81,11 @@ def purpose_of(
     return Purpose(sensor=sensor, kind=kind, sd=level, outliers=Outliers(), gap=gap, interval=interval)
 
 
-def chosen(filter: Any, purpose: Purpose, components: Sequence[str]) -> Any:
+def chosen(filter: Any, purpose: Purpose, components: Sequence[str], corrected: bool = True) -> Any:
     """The user's filter if it takes these components, or one made for the purpose. Errors: InputError.
 
-    One of one axis runs along each axis of positions by itself.
+    One of one axis runs along each axis of positions by itself. corrected: whether a learned correction of the kind is
+    of use, as it is for filtered estimates of targets with names.
     """
     if filter is not None and not isinstance(filter, str):
         with_attributes("filter", filter, ("filter", "sensors"), "a filter or a name of jink.FILTERS")
@@ -91,11 +93,20 @@ def chosen(filter: Any, purpose: Purpose, components: Sequence[str]) -> Any:
         _check(filter, components)
         return filter
     try:
-        return (imm if filter is None else named_filter(filter))(purpose).filter
+        return (default_of(purpose, corrected) if filter is None else named_filter(filter))(purpose).filter
     except Unfit as reason:
         raise InputError(f"filter {filter or 'imm'} cannot track these data: {reason}") from None
     except ValueError as error:
         raise InputError(f"{error}, or a filter, such as jink.load(file) gives") from None
+
+
+def default_of(purpose: Purpose, corrected: bool = True) -> Callable[[Purpose], Named]:
+    """The kind's IMM; corrected: with its learned correction, where that has proven itself."""
+    if not corrected or purpose.kind not in PROVEN:
+        return imm
+    from .corrected import imm_corrected  # its network is read for those who use it
+
+    return imm_corrected
 
 
 def named_filter(name: str) -> Callable[[Purpose], Named]:

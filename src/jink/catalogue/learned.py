@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..filters.aided import Aided
-from ..filters.corrected import Corrected
 from ..filters.fuzzy_imm import FuzzyNoise, fuzzy_imm
 from ..filters.imm import IMM
 from ..filters.kalman import Kalman
@@ -17,16 +16,12 @@ from ..filters.neural_vsmm import NetworkNoise, NeuralModes
 from ..models.fuzzy import PUBLISHED, FuzzyRules
 from ..models.motion import ConstantVelocity
 from ..models.switching import Sojourn
-from .interacting import imm
 from .purpose import Named, Purpose, Unfit
 from .shipped import shipped
 from .single import kalman_ca
 from .targets import KINDS
 
 LEE_SD, LEE_ACCELERATION = 500.0, 100.0  # m, m/s²: sensor and largest input of lee-2003
-# kinds that have a correction in the plane, and what it was trained on
-TRAINED = {"fighter": "random families", "aircraft": "random families and real flights"}
-CORRECTED = tuple(TRAINED)
 TRAINED_ON = "fighter"  # whose acceleration the rules along and across the track learned
 
 
@@ -113,21 +108,6 @@ def _aided(purpose: Purpose, name: str, what: str) -> Named:
     words = f"{base.words}, aided by {what} trained on benchmark aircraft 1, 3 and 5"
     fitted = base.fitted or ("other runs" if purpose.name in ("benchmark-1", "benchmark-3", "benchmark-5") else "")
     return Named(filter=Aided(base.filter, corrector), words=words, fitted=fitted)
-
-
-def imm_corrected(purpose: Purpose) -> Named:
-    """The default filter of the kind with a correction in the plane, trained on targets of the kind."""
-    if purpose.axes < 2:
-        raise Unfit("its correction is in the plane; the sensor measures one axis")
-    if purpose.kind not in CORRECTED:
-        raise Unfit(f"its correction was trained for {' and '.join(CORRECTED)}; the kind of target is {purpose.kind}")
-    base, corrector = imm(purpose), shipped(f"corrector-{purpose.kind}").corrector
-    return Named(
-        filter=Corrected(base.filter, corrector),
-        words=f"{base.words}, corrected in the plane by a network trained on {TRAINED[purpose.kind]}",
-        fitted=base.fitted,
-        note=base.note,
-    )
 
 
 def nnvsmm(purpose: Purpose) -> Named:

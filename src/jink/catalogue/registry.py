@@ -10,10 +10,11 @@ from collections.abc import Callable
 
 from ..checks import unknown
 from .adaptive import aimm3, aimm5, augmented, two_stage
+from .corrected import imm_corrected
 from .current_statistical import csaf, facs, imm_facs
 from .detecting import input_estimation, variable_dimension
 from .interacting import imm, imm_cv_ca, imm_cv_ct
-from .learned import anfis_kf, fuzzy_imm_, fuzzy_imm_along, fuzzy_kalman, imm_corrected, nn_kf, nnvsmm, nnvsmm_modes
+from .learned import anfis_kf, fuzzy_imm_, fuzzy_imm_along, fuzzy_kalman, nn_kf, nnvsmm, nnvsmm_modes
 from .pseudo_bayesian import gpb1, gpb2, static
 from .purpose import Named, Purpose, Unfit
 from .single import kalman_ca, kalman_cv, singer

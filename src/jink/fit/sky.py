@@ -124,7 +124,8 @@ class _Sky:
     def filter(self, values: Mapping[str, float], own: Array | None) -> Any:
         """The filter at these values."""
         sd = {name[:-3]: value for name, value in values.items() if name.endswith("_sd")}
-        _, filter = choose(self.plots.components, sd, Pace.of(self.interval, self.settings), self.settings)
+        pace = Pace.of(self.interval, self.settings)
+        _, filter = choose(self.plots.components, sd, pace, self.settings, corrected=False)
         if own is None:
             return filter
         return Parameters(filter, free=self.free, fixed=("*",)).filter(own)

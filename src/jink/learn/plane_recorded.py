@@ -28,7 +28,7 @@ from .recorded import drawn as drawn_radar
 
 RADARS, CHECK, UNSEEN = 24, 4, 6  # to learn from, to choose the epoch by, and for the figures
 COUNT = 6.0  # what a square of a recorded track counts, over one of a random family
-FAMILIES, HIDDEN, EPOCHS = 1200, 48, 20
+FAMILIES, HIDDEN, EPOCHS = 1200, 40, 30
 SETTLED = 10  # scans of a track before it is scored
 FEWEST = 4  # targets of each half
 

@@ -138,7 +138,7 @@ def _pass(
     progress: Progress | None,
     last: bool = False,
 ) -> tuple[Found, Any, Tracker]:
-    _, filter = choose(plots.components, believed.sd, Pace.of(interval_of(scans), settings), settings)
+    _, filter = choose(plots.components, believed.sd, Pace.of(interval_of(scans), settings), settings, corrected=False)
     radar = Radar(detection=believed.detection, clutter_per_scan=how.clutter)
     try:
         tracker = Tracker(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -258,16 +259,15 @@ def _group(placed: Placed, pace: Pace, settings: Settings, known: Known | None) 
             used = known.rates[placed.axes]
             placed, level = use.as_decided(placed, level, used)
         else:
-            placed, level, used = use.decided(
-                placed, level, settings.sensor_sd, lambda names, sd: choose(names, sd, pace, settings)[1]
-            )
+            plain = partial(choose, pace=pace, settings=settings, corrected=False)
+            placed, level, used = use.decided(placed, level, settings.sensor_sd, lambda *of: plain(*of)[1])
     elif not named:
         placed, level = _as_measured(placed, level, settings.filter)
         converted = polar and placed.components[0] != "range"
     if known is not None and of_all is not None:
         purpose, filter = known.filters[placed.axes]
     else:
-        purpose, filter = choose(placed.components, level.typical, pace, settings)
+        purpose, filter = choose(placed.components, level.typical, pace, settings, settings.smoothing is None)
     covariance = None
     # made for this table, with its typical noise in the sensor, or fitted with the noise of each row
     if named or getattr(filter, "fitted", {}).get("noise") == "of each row":
@@ -292,11 +292,16 @@ def _as_measured(placed: Placed, level: NoiseLevel, filter: Any) -> tuple[Placed
     return placed, level
 
 
-def choose(components: Sequence[str], sd: Mapping[str, float], pace: Pace, settings: Settings) -> tuple[Purpose, Any]:
-    """What a filter of these measurements is made for, and the filter. Errors: InputError."""
+def choose(
+    components: Sequence[str], sd: Mapping[str, float], pace: Pace, settings: Settings, corrected: bool = True
+) -> tuple[Purpose, Any]:
+    """What a filter of these measurements is made for, and the filter. Errors: InputError.
+
+    corrected: the default filter may have a learned correction, which does nothing where estimates are smoothed.
+    """
     radius = settings.site.earth_radius if settings.site else EARTH_RADIUS
     purpose = purpose_of(components, sd, settings.kind, pace.wait, pace.step or 1.0, radius)
-    return purpose, chosen(settings.filter, purpose, components)
+    return purpose, chosen(settings.filter, purpose, components, corrected)
 
 
 def sites_of(given: Mapping[str, Sequence[float]]) -> tuple[SiteFrame | None, dict[str, SiteFrame]]:

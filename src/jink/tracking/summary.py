@@ -116,6 +116,10 @@ def reasons(rejected: pl.DataFrame) -> list[tuple[str, int]]:
 
 
 def words_for(chosen: Any) -> str:
+    """The filter's class and modes."""
+    under = getattr(chosen, "filter_", None)
+    if under is not None:
+        return f"{words_for(under)} with a learned correction"
     motions = getattr(chosen, "motions", None) or [getattr(chosen, "motion", None)]
     return f"{type(chosen).__name__}({', '.join(str(getattr(m, 'name', m)) for m in motions)})"
 
