@@ -116,6 +116,20 @@ def test_every_power_of_two_and_its_neighbours_come_back():
     assert lines_of(table) == at_once(table)
 
 
+def test_numbers_of_every_size_and_of_few_digits():
+    draw = np.random.default_rng(5)
+    any_bits = draw.integers(0, 2**64, 100_000, dtype=np.uint64)
+    usual = np.ldexp(draw.uniform(-1, 1, 100_000), draw.integers(-180, 70, 100_000))
+    few = np.round(draw.uniform(-1e6, 1e6, 100_000)) / 10.0 ** draw.integers(0, 12, 100_000)
+    borders = [each * (1 + k * 2.0**-52) for each in (1e-38, 2.0**53, 1e-5, 1e16, 1e17) for k in range(-50, 50)]
+    with np.errstate(over="ignore", invalid="ignore"):
+        wide = np.concatenate([any_bits.view(float), usual, few, borders])
+        narrow = np.concatenate([any_bits.view(np.float32), wide.astype(np.float32)])
+    for numbers in (wide, narrow):
+        table = pl.DataFrame({"a": numbers[np.isfinite(numbers)]})
+        assert lines_of(table) == at_once(table)
+
+
 def test_moments_before_and_after_the_years_of_four_digits():
     days = [-800_000, -719_529, -719_528, -1, 0, 11_016, 2_932_896, 2_932_897, 3_000_000]
     table = pl.DataFrame({"day": pl.Series(days, dtype=pl.Int32).cast(pl.Date)})
