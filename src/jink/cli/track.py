@@ -414,6 +414,10 @@ def run_track(request: TrackRequest) -> int:
     """Exit status: 0 done, 1 a failure that is not the input's fault, 2 unusable input or request."""
     # NumPy's products are small here, and its threads take as long to start as NumPy's import
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Where many calls are open, Python 3.11 takes and gives back memory of the system for each further one. The import
+    # of NumPy makes thousands, so it comes first.
+    import numpy  # noqa: F401
+
     archive = _is_archive(request.output)
     work = _run_live if "-" in request.inputs else _run_timed if request.timings else _run_files
     if archive:
