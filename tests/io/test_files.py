@@ -104,6 +104,16 @@ def test_a_broken_line_of_json_lines_is_set_aside_with_its_text(tmp_path):
     assert unreadable["value"][0] == '{"t": 2, "x"'
 
 
+@pytest.mark.parametrize("end", [b"", b"\n", b"\r\n", b"\n\n  \t\n", b"  "])
+@pytest.mark.parametrize("last", [b'{"t": 3, "x": 4.5}', b'{"t": 3, "x"'])
+def test_blanks_at_the_end_of_json_lines_are_no_rows(tmp_path, end, last):
+    content = b'{"t": 1, "x": 2.5}\n\n{"t": 2, "x": 3}\n'
+    rows, unreadable = _read(_write(tmp_path / "x.jsonl", content + last + end))
+    good = last.endswith(b"}")
+    assert rows["x"].cast(pl.Float64).to_list() == [2.5, 3.0, *[4.5] * good]
+    assert unreadable["row"].to_list() == [2] * (not good)
+
+
 def test_nested_objects_and_braces_in_text_do_not_confuse_the_array_rewriting(tmp_path):
     values = [
         {"t": 1, "x": 2, "name": "a},{b"},
@@ -159,6 +169,7 @@ def test_csv_with_quotes_line_ends_and_foreign_bytes(tmp_path):
         (b"\x00\x01\x02\x03" * 50, "binary file of an unknown format"),
         (b"[1, 2, 3]", "no JSON objects"),
         (b'{"time": {"0": 1}, "x": {"0": 2}}', "single JSON object"),
+        (b'{"time": {"0": 1}, "x": {"0": 2}}\r\n', "single JSON object"),
         (gzip.compress(b"t,x\n1,2\n" * 1000, mtime=0)[:-30], "cannot be unpacked"),
         (b"\x28\xb5\x2f\xfd broken", "cannot be unpacked"),
     ],

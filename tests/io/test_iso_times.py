@@ -90,3 +90,35 @@ def test_unknown_zones_are_left_alone(zone):
 def test_zones_that_change_are_left_alone():
     usual = [text(m, "T", 0, "+01:00" if k % 2 else "+02:00") for k, m in enumerate(moments(4))]
     assert iso_times.uniform(pl.Series(usual)) is None
+
+
+@pytest.mark.parametrize("zone", ["", "+05:30"])
+def test_blocks_give_what_text_by_text_gives(monkeypatch, zone):
+    series = pl.Series([text(m, "T", k, zone) for m in moments(5) for k in (0, 6)])
+    monkeypatch.setattr(iso_times, "BLOCK", 300)
+    found = iso_times.uniform(series)
+    assert found is not None
+    want, naive = one_by_one(monkeypatch, series)
+    np.testing.assert_array_equal(found[0].to_physical().to_numpy(), want.to_physical().to_numpy())
+    np.testing.assert_array_equal(found[1], naive)
+    for odd in ("2023-02-29T00:00:00" + zone, "0000-01-01T00:00:00" + zone):
+        assert iso_times.uniform(pl.concat([series, pl.Series([odd])])) is None
+
+
+def test_a_column_is_read_alike_with_blanks_around_its_texts_and_without():
+    usual = [text(m, "T", 0, "") for m in moments(6)]
+    how = clocks.Conventions(time_zone="Europe/Paris")
+    bare, padded = (
+        clocks.read_times("here", pl.Series(texts), None, None, how) for texts in (usual, [f' "{t}" ' for t in usual])
+    )
+    assert bare.absolute and bare.notes == padded.notes == ["times without a zone are in Europe/Paris"]
+    np.testing.assert_array_equal(bare.seconds, padded.seconds)
+
+
+def test_a_format_that_is_told_goes_before_the_usual_one():
+    usual = [text(m, "T", 0, "") for m in moments(7)]
+    swapped = clocks.read_times(
+        "here", pl.Series(usual), None, None, clocks.Conventions(time_format="%Y-%d-%mT%H:%M:%S")
+    )
+    days = [m.day <= 12 for m in moments(7)]
+    assert np.isfinite(swapped.seconds).tolist() == days and swapped.notes == ["times are read as %Y-%d-%mT%H:%M:%S"]

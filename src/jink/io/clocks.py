@@ -42,6 +42,8 @@ def read_times(
         seconds = series.cast(pl.Int64).cast(pl.Float64).fill_null(float("nan")).to_numpy() * _tick(series.dtype)
         return Times(seconds, False, [], series.dtype == pl.Time)
     if series.dtype == pl.String:
+        if not how.time_format and (read := uniform(series)):
+            return _of_iso(*read, how)
         text = series.str.strip_chars(" \t[]\"'")
         value = text.cast(pl.Float64, strict=False)
         if value.count() < 0.5 * text.count() and text.str.contains(THOUSANDS).sum() >= 0.5 * text.count():
@@ -81,8 +83,7 @@ def _text_times(where: str, text: pl.Series, how: Conventions) -> Times:
     iso, naive = _iso(text)
     wanted = text.count()
     if iso.count() >= 0.5 * wanted or wanted == 0:
-        seconds = epoch_seconds(iso)
-        return Times(in_zone(seconds, naive, how), True, [] if not how.time_zone else [_zone_note(how)])
+        return _of_iso(iso, naive, how)
     of_day = times_of_day(text)
     if np.isfinite(of_day).sum() >= 0.5 * wanted:
         note = "times of day without a date are taken as seconds since midnight"
@@ -95,6 +96,10 @@ def _text_times(where: str, text: pl.Series, how: Conventions) -> Times:
     if how.time_zone:
         notes = [*[note.replace(", UTC", "") for note in notes], _zone_note(how)]
     return Times(in_zone(chosen.seconds, chosen.naive, how), True, notes)
+
+
+def _of_iso(iso: pl.Series, naive: np.ndarray, how: Conventions) -> Times:
+    return Times(in_zone(epoch_seconds(iso), naive, how), True, [_zone_note(how)] if how.time_zone else [])
 
 
 def _zone_note(how: Conventions) -> str:

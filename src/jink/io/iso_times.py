@@ -12,7 +12,11 @@ import polars as pl
 
 DIGITS = (0, 1, 2, 3, 5, 6, 8, 9, 11, 12, 14, 15, 17, 18)
 FORM = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}:\d{2}(?:\.(\d{1,6}))?( ?(?:[zZ]|utc|UTC)|[+-]\d{2}(?::?\d{2})?)?")
+# of century, year, month, day, hour, minute and second
+LEAST, MOST = (0, 0, 1, 1, 0, 0, 0), (99, 99, 12, 31, 23, 59, 59)
+FIRST = -1969 * 12  # January of the year 1, in months since 1970
 FEWEST = 1000  # of fewer texts nothing is gained
+BLOCK = 1 << 14  # texts that are read together: few enough for the cache
 LENGTHS = 8  # forms that one column may have: fractions that end in zeros are often cut
 
 
@@ -41,34 +45,39 @@ def _of_one_form(text: pl.Series, length: int) -> tuple[np.ndarray, bool] | None
     form = FORM.fullmatch(first)
     if form is None or len(first) != length:
         return None
-    content = np.frombuffer(text.str.join("").item().encode(), np.uint8).reshape(-1, length).T
-    fraction = form.span(1)
-    digits = [*DIGITS, *range(*fraction)] if form[1] else list(DIGITS)
+    content = np.frombuffer(text.str.join("").cast(pl.Binary).item(), np.uint8).reshape(-1, length)
+    micros = np.empty(len(text), np.int64)
+    for begin in range(0, len(text), BLOCK):
+        block = _micros(content[begin : begin + BLOCK].T, first, form)
+        if block is None:
+            return None
+        micros[begin : begin + BLOCK] = block
+    return micros - 1_000_000 * _offset(form[2] or ""), not form[2]
+
+
+def _micros(content: np.ndarray, first: str, form: re.Match[str]) -> np.ndarray | None:
+    """Microseconds by the clock since 1970 of texts like `first`: content (length, N) are their bytes."""
+    digits = [*DIGITS, *range(*form.span(1))] if form[1] else list(DIGITS)
     value = np.ascontiguousarray(content[digits]) - np.uint8(ord("0"))
-    same = [place for place in range(length) if place not in digits]
-    if (value > 9).any() or any((content[place] != ord(first[place])).any() for place in same):
+    same = [place for place in range(len(first)) if place not in digits]
+    if value.max() > 9 or any((content[place] != ord(first[place])).any() for place in same):
         return None
-    number = value.astype(np.int64)
-    year = ((number[0] * 10 + number[1]) * 10 + number[2]) * 10 + number[3]
-    month, day, hour, minute, second = (10 * number[k] + number[k + 1] for k in range(4, 14, 2))
-    if not (_within(month, 1, 12) and _within(day, 1, 31) and _within(hour, 0, 23) and _within(minute, 0, 59)):
+    pairs = 10 * value[:14:2] + value[1:14:2]  # a byte holds two digits
+    if (pairs.min(axis=1) < LEAST).any() or (pairs.max(axis=1) > MOST).any():
         return None
-    if not (_within(second, 0, 59) and _within(year, 1, 9999)):
+    century, year, month, day, hour, minute, second = pairs.astype(np.int32)
+    month += 12 * (100 * century + year - 1970) - 1
+    early, late = int(month.min()), int(month.max())
+    if early < FIRST:
         return None
-    months = ((year - 1970) * 12 + month - 1).astype("datetime64[M]")
-    begins, ends = (m.astype("datetime64[D]").astype(np.int64) for m in (months, months + 1))
-    if (day > ends - begins).any():
+    begins = np.arange(early, late + 2).astype("datetime64[M]").astype("datetime64[D]").astype(np.int64)
+    if (day > np.diff(begins)[month - early]).any():
         return None
-    micro = np.zeros_like(year)
-    for place in number[14:]:
+    micro = np.zeros(day.size, np.int32)
+    for place in value[14:]:
         micro = micro * 10 + place
     micro *= 10 ** (6 - len(form[1] or "")) if form[1] else 1
-    total = ((((begins + day - 1) * 24 + hour) * 60 + minute) * 60 + second) * 1_000_000 + micro
-    return total - 1_000_000 * _offset(form[2] or ""), not form[2]
-
-
-def _within(value: np.ndarray, least: int, most: int) -> bool:
-    return bool((value >= least).all() and (value <= most).all())
+    return ((begins[month - early] + day - 1) * 86_400 + (hour * 60 + minute) * 60 + second) * 1_000_000 + micro
 
 
 def _offset(zone: str) -> int:

@@ -23,6 +23,8 @@ SAMPLE = 1000
 COMMAS = re.compile(rb"\},[ \t]*\r?(?=\n\s*\{|$)")
 FEW = 20_000  # bytes of lines that are read one by one where one of them is bad
 PARTS = 16
+# NaN and Infinity, which JSON lacks, are missing
+VALUES = json.JSONDecoder(parse_constant=lambda _: None)
 
 
 class JsonText:
@@ -30,7 +32,9 @@ class JsonText:
 
     def __init__(self, file: str, content: bytes):
         self.file = file
-        content = content.strip()
+        if not content.startswith(b"{"):
+            # of lines nothing is taken off: that would copy them all
+            content = content.strip()
         if content.startswith(b"{") and COMMAS.search(content[: 1 << 16]):
             # lines that were taken out of an array
             content = COMMAS.sub(b"}", content)
@@ -44,7 +48,7 @@ class JsonText:
             raise InputError(
                 f"{file} has no JSON objects that can be read; expected an array of objects, or one object per line"
             )
-        if all(kind == "container" for kind in self.types.values()) and b"\n" not in self.lines:
+        if all(kind == "container" for kind in self.types.values()) and b"\n" not in self.lines.strip():
             raise InputError(f"{file} is a single JSON object; expected an array of objects, or one object per line")
         self.names = list(self.types)
 
@@ -121,7 +125,7 @@ class JsonText:
         """Each record's value, or the text that could not be read as one."""
         if self.array is not None:
             try:
-                values = json.loads(self.array.decode("utf-8", errors="replace"), parse_constant=lambda _: None)
+                values = VALUES.decode(self.array.decode("utf-8", errors="replace"))
             except (ValueError, RecursionError):
                 pass
             else:
@@ -134,7 +138,7 @@ def _value_of(line: bytes) -> tuple[Any, str | None]:
     """A line's value, or its text where it could not be read."""
     text = line.decode("utf-8", errors="replace").strip()
     try:
-        return json.loads(text, parse_constant=lambda _: None), None
+        return VALUES.decode(text), None
     except (ValueError, RecursionError):
         return None, text
 
@@ -182,7 +186,7 @@ def _array_to_lines(content: bytes) -> bytes:
 def _written_again(array: bytes) -> bytes | None:
     """The array's objects one per line by the standard library, or None if it is not valid JSON."""
     try:
-        values = json.loads(array.decode("utf-8", errors="replace"), parse_constant=lambda _: None)
+        values = VALUES.decode(array.decode("utf-8", errors="replace"))
     except (ValueError, RecursionError):
         return None
     return "\n".join(json.dumps(value) for value in values).encode()
@@ -194,7 +198,7 @@ def _sample_types(lines: bytes) -> tuple[dict[str, str], bool]:
     sound = True
     for line in _sample(lines):
         try:
-            value = json.loads(line.decode("utf-8", errors="replace"), parse_constant=lambda _: None)
+            value = VALUES.decode(line.decode("utf-8", errors="replace"))
         except (ValueError, RecursionError):
             value = None
         sound = sound and isinstance(value, dict)
