@@ -175,3 +175,20 @@ def test_it_is_said_once_where_some_targets_tell_for_all(monkeypatch):
     data = data.with_columns(pl.col("x_m", "y_m") + pl.Series(rng.normal(0.0, 30.0, 80)))
     notes = jink.track(data, site=(48.0, 11.0, 500.0), details=True).summary["notes"]
     assert sum("x and y without z are taken along the ground" in note for note in notes) == 1
+
+
+@pytest.mark.parametrize("where", [{}, {"site": SITE}, {"site": SITE, "anonymous": {"period": 4.0}}])
+def test_a_level_flight_says_nothing_of_the_noise_of_heights(where):
+    rng, time = np.random.default_rng(0), 4.0 * np.arange(120)
+    east, north = 40e3 + 0.0 * time, 200.0 * time - 40e3
+    plots = pl.DataFrame(
+        {
+            "target": "level",
+            "time": time,
+            "slant_range": np.sqrt(east**2 + north**2 + 10_168.0**2) + rng.normal(0, 40.0, time.size),
+            "azimuth_deg": np.degrees(np.arctan2(east, north)) + rng.normal(0, 0.05, time.size),
+            "altitude": 10_668.0,
+        }
+    )
+    noise = jink.track(plots, details=True, **where).summary["noise"][0]
+    assert noise["altitude_sd"] >= 10.0

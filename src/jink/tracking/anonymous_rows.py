@@ -151,9 +151,9 @@ def placed_tracks(plots: Placed, found: Found) -> Placed:
     absolute = found.time
     missing = pl.Series(~seen)
     carried = [name for name in source.columns if name.startswith(MARK)]
-    sds = [name for name in ("position_sd", "altitude_sd") if name in source.columns]
+    said = [name for name in ("position_sd", "altitude_sd", "altitude") if name in source.columns]
     unknown = [VARIANCE] if VARIANCE in source.columns else []
-    rows = source.select("file", "row", "source", *sds, *unknown, *carried)
+    rows = source.select("file", "row", "source", *said, *unknown, *carried)
     rows = rows.with_columns(
         *[pl.when(missing).then(None).otherwise(pl.col(name)).alias(name) for name in ("row", *unknown, *carried)],
         target=pl.Series(number).cast(pl.String),

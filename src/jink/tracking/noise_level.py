@@ -258,7 +258,8 @@ def _polar(placed: Placed, given: Mapping[str, float], known_level: NoiseLevel |
     figures, origins, scatter = {}, {}, {}
     for column, name in enumerate(placed.components):
         known = np.isfinite(placed.z[:, column])
-        value = placed.z[known, column]
+        # as reported: above a site's sphere the height of a level flight changes by millimetres
+        value = (placed.rows[name].to_numpy() if name == "altitude" else placed.z[:, column])[known]
         value = np.unwrap(value) if name == "azimuth" else value
         found = component_sd(placed.time[known], value, placed.starts(known), group[known], of_source.size)
         scatter |= {f"{name}_sd": found} if name in given else {}
