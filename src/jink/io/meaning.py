@@ -33,12 +33,11 @@ from .projections import degrees, maybe_mercator, srid, unprojected
 from .quality import placeholders
 from .roles import POSITIONS
 from .sheet import Sheet
-from .units import DEGREE, LENGTH, SEMICIRCLE, SPEED
+from .units import DEGREE, SEMICIRCLE
+from .units_in_fields import read_units
 from .values import numbers, texts
 
 HEMISPHERES = {"latitude": ("north_south", "NS"), "longitude": ("east_west", "EW")}
-WITH_UNIT = r"^(?P<number>[-+]?\d[\d.,]*) ?(?P<unit>[A-Za-z][A-Za-z/]*)$"
-FLIGHT_LEVEL = r"^(?:FL|F) ?(?P<level>\d{1,3})$"
 GROUND = r"(?i)^\s*(ground|gnd|on ground)\s*$"
 
 
@@ -77,7 +76,7 @@ def understand(
         choose_time(sheet)
     if "date" in sheet:
         with_date(sheet)
-    _units_in_values(sheet)
+    read_units(sheet)
     if sheet.position == "geographic":
         _geographic(sheet)
     turn_axes(sheet)
@@ -121,30 +120,6 @@ def _motion(sheet: Sheet):
         return sheet.numbers(role) * (unit / DEGREE if sheet.position == "geographic" else unit)
 
     return sheet.motion(in_si(first), in_si(second))
-
-
-def _units_in_values(sheet: Sheet) -> None:
-    """`513.863 M`, `35,000 ft` and `FL350`: the unit stands in every field."""
-    for role, units in (("altitude", LENGTH), ("z", LENGTH), ("speed", SPEED), ("range", LENGTH)):
-        if role not in sheet or sheet.series(role).dtype != pl.String:
-            continue
-        text = sheet.series(role).str.strip_chars()
-        found = text.str.to_uppercase().str.extract_groups(FLIGHT_LEVEL).struct.field("level")
-        if role == "altitude" and found.count() >= 0.5 * text.count() > 0:
-            sheet.put(role, found, 100 * LENGTH["ft"], sheet.shown(role))
-            continue
-        if sheet.roles[role].unit is not None:
-            continue
-        parts = text.str.extract_groups(WITH_UNIT).struct.unnest()
-        names = parts["unit"].unique().drop_nulls().to_list()
-        known = {name: units[normal(name)] for name in names if normal(name) in units}
-        if len(known) < len(names) or not parts["unit"].count() >= 0.5 * text.count() > 0:
-            continue
-        # a field without a unit has none where all others have one
-        factor = parts["unit"].replace_strict(known, default=None, return_dtype=pl.Float64)
-        number = numbers(parts["number"], thousands=role == "altitude")[0] * factor.fill_null(float("nan")).to_numpy()
-        sheet.put(role, number, 1.0, sheet.shown(role))
-        sheet.notes.append(f"{role} in column {sheet.shown(role)!r} has its unit in every field ({', '.join(names)})")
 
 
 def _geographic(sheet: Sheet) -> None:

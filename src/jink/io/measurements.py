@@ -270,7 +270,7 @@ def _source(sheet: Sheet, file: pl.Series) -> pl.Series:
 def _unit(sheet: Sheet, name: str, value: np.ndarray, altitude_unit: str | None) -> float:
     """The unit of a column in SI units; where it had to be assumed, a note says so."""
     column = sheet.roles[name]
-    if name in ("altitude", "z") and altitude_unit is not None:
+    if name in ("altitude", "z") and altitude_unit is not None and name not in sheet.own_units:
         down = name == "z" and (column.unit or 1.0) < 0.0
         return {"ft": FOOT, "m": 1.0}[altitude_unit] * (-1.0 if down else 1.0)
     if column.unit is not None:

@@ -31,6 +31,7 @@ class Sheet:
     names: tuple[str, ...] = ()
     notes: list[str] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
+    own_units: set[str] = field(default_factory=set)  # roles whose fields told their units
     _codes: tuple[str, np.ndarray] | None = None  # of the column of that name
 
     @classmethod

@@ -1,0 +1,72 @@
+"""Fields that tell their own unit are read by that, and what becomes of the others is said."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+import pytest
+
+import jink
+
+FOOT = 0.3048
+
+
+def heights(fields: list[str], name: str = "altitude", **how) -> tuple[np.ndarray, str]:
+    """Altitudes that are read (m; NaN: missing), and the notes."""
+    count = len(fields)
+    table = {"id": "a", "time": np.arange(count), "lat": 50.0 + 1e-3 * np.arange(count), "lon": 8.0, name: fields}
+    tracks, _, summary = jink.track(pl.DataFrame(table), details=True, check_coordinates=False, **how)
+    return tracks["measured_z"].fill_null(np.nan).to_numpy(), "\n".join(summary["notes"])
+
+
+@pytest.mark.parametrize(
+    ("fields", "name", "metres", "said"),
+    [
+        (["35,000 ft"] * 20, "altitude", [35_000 * FOOT], "has its unit in every field (ft)"),
+        (["FL350"] * 20, "altitude", [35_000 * FOOT], ""),
+        (
+            ["1200 ft", "1300", "1300"] * 8,
+            "altitude",
+            [1200 * FOOT, 1300 * FOOT],
+            "8 of 24 fields (ft); the others are taken as ft",
+        ),
+        (
+            ["1200 ft", "400", "400"] * 8,
+            "altitude_m",
+            [1200 * FOOT, 400.0],
+            "the others have that of the column's name",
+        ),
+        (
+            ["1200 ft", "1200 ft", "400"] * 8,
+            "altitude",
+            [1200 * FOOT, 1200 * FOOT, np.nan],
+            "16 of 24 fields (ft); the others are taken as missing",
+        ),
+        (
+            ["FL50", "4500", "4500"] * 8,
+            "altitude",
+            [5000 * FOOT, 4500 * FOOT],
+            "8 of 24 fields (FL); the others are taken as ft",
+        ),
+        (["FL50", "4500", "4500"] * 8, "altitude_ft", [5000 * FOOT, 4500 * FOOT], "8 of 24 fields (FL)"),
+        (
+            ["FL50", "FL50", "4500"] * 8,
+            "altitude",
+            [5000 * FOOT, 5000 * FOOT, np.nan],
+            "16 of 24 fields (FL); the others are taken as missing",
+        ),
+        (["FL50", "4500 ft"] * 8, "altitude", [5000 * FOOT, 4500 * FOOT], "in every field (FL, ft)"),
+        (
+            ["1200 ft", "1200 ft", "400 agl"] * 8,
+            "altitude",
+            [1200 * FOOT, 1200 * FOOT, np.nan],
+            "8 unreadable fields in column 'altitude'",
+        ),
+    ],
+)
+def test_heights_have_the_unit_of_their_field(fields, name, metres, said):
+    found, notes = heights(fields, name)
+    np.testing.assert_allclose(found[: len(metres)], metres, rtol=1e-9)
+    assert said in notes
+    # the option is for fields that tell no unit
+    np.testing.assert_array_equal(heights(fields, name, altitude_unit="ft")[0], found)
