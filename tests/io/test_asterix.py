@@ -92,6 +92,39 @@ def test_damaged_records_are_rejected_and_nothing_is_lost(tmp_path):
     assert (tracks.height, rejected.height) == (39, 1) and "ends too early" in rejected["reason"][0]
 
 
+def blocks_of(records: list[bytes], each: int = 4) -> list[bytes]:
+    return [block(21, *records[k : k + each]) for k in range(0, len(records), each)]
+
+
+@pytest.mark.parametrize("octet", [1, 2])
+def test_reading_goes_on_behind_a_block_whose_length_is_wrong(tmp_path, octet):
+    blocks = [bytearray(one) for one in blocks_of(reports(PLANE))]
+    blocks[3][octet] ^= 5
+    (tmp_path / "x.ast").write_bytes(b"".join(blocks))
+    tracks, rejected, summary = jink.track(tmp_path / "x.ast", details=True)
+    PLANE.agrees(tracks, rows=36, start=False)
+    # one row stands for the damage: the records of the blocks behind it are read in their own place
+    assert (rejected.height, summary["rows"]) == (1, 37)
+
+
+def test_octets_between_blocks_are_counted():
+    blocks = blocks_of(reports(PLANE))
+    found = asterix.read("x", b"".join([*blocks[:4], b"\x00" * 50, *blocks[4:], blocks[0][:-5]]))
+    assert found.frame["row"].to_list() == [*range(16), *range(17, 41)]
+    lost = len(blocks[0]) - 5
+    said = [f"no data block of ASTERIX: {count} octets are left out" for count in (50, lost)]
+    assert found.refused["reason"].to_list() == said
+
+
+def test_no_record_of_a_damaged_block_is_believed():
+    records = reports(PLANE)
+    found = asterix.read(
+        "x", b"".join([*blocks_of(records[:8]), block(21, *records[8:10], records[10][:-9]), *blocks_of(records[12:])])
+    )
+    assert found.frame["row"].to_list() == [*range(8), *range(11, 39)]
+    assert found.refused["row"].to_list() == [8, 9, 10] and "ends too early" in found.refused["reason"][2]
+
+
 def test_text_is_not_taken_for_asterix():
     assert not asterix.recognises(b"0,1,2\n0,1,2\n") and not asterix.recognises(b">id,time\n" * 100)
     assert all(len(items) > 25 for items in CATEGORIES.values())

@@ -19,21 +19,26 @@ TICK = 1.0 / 128.0  # s
 MILE, KNOTS = 1852.0, 3600.0 * 2.0**-14  # m, and knots in a unit of ground speed
 TURN = 360.0 / 2**16  # degrees
 LETTERS = "?ABCDEFGHIJKLMNOPQRSTUVWXYZ????? ???????????????0123456789??????"
+NOT_READ = (1, 2, 8, 10, 11, 20, 34, 63, 65, 23, 25, 247)
+SURE = 3  # blocks that follow each other are no accident
 Row = dict[str, Any]
 
 
 def recognises(head: bytes) -> bool:
     """Two blocks follow each other, or one is all there is; lengths below 0x900 make the second octet no text."""
-    at = 0
-    for _ in range(2):
-        if at == len(head) and at:
+    return bool(head) and (head[0] in CATEGORIES or head[0] in NOT_READ) and _follow(head, 0, 2)
+
+
+def _follow(content: bytes, at: int, count: int) -> bool:
+    """Whether so many blocks follow each other from here on, or fewer to the very end."""
+    begin = at
+    for _ in range(count):
+        if at == len(content) and at > begin:
             return True
-        if len(head) < at + 4 or head[at] == 0 or head[at + 1] > 8:
+        if len(content) < at + 4 or content[at] == 0 or content[at + 1] > 8:
             return False
-        if at == 0 and head[0] not in (*CATEGORIES, 1, 2, 8, 10, 11, 20, 34, 63, 65, 23, 25, 247):
-            return False
-        length = int.from_bytes(head[at + 1 : at + 3])
-        if length < 4 or at + length > len(head):
+        length = int.from_bytes(content[at + 1 : at + 3])
+        if length < 4 or at + length > len(content):
             return False
         at += length
     return True
@@ -44,7 +49,7 @@ def read(file: str, content: bytes) -> Records:
     rows: dict[int, list[Row]] = {category: [] for category in CATEGORIES}
     refused = Refused()
     others: Counter[str] = Counter()
-    for number, (category, items) in enumerate(_records(content, refused, others)):
+    for number, category, items in _records(content, refused, others):
         row = READERS[category](items)
         if row is None:
             others[f"CAT{category:03d} without a position or a time"] += 1
@@ -68,36 +73,57 @@ def read(file: str, content: bytes) -> Records:
     return Records.of(_alike(table), refused, notes, FIXED[category])
 
 
-def _records(content: bytes, refused: Refused, others: Counter[str]) -> Iterator[tuple[int, dict[str, bytes]]]:
-    """Category and items of every record; blocks of other categories are counted."""
+def _records(content: bytes, refused: Refused, others: Counter[str]) -> Iterator[tuple[int, int, dict[str, bytes]]]:
+    """Number, category and items of every record; blocks of other categories are counted.
+
+    Of a block that does not fit no record is believed. Reading goes on where blocks follow each other again.
+    """
     at, number = 0, 0
     while at < len(content):
-        length = int.from_bytes(content[at + 1 : at + 3]) if len(content) >= at + 3 else 0
-        category = content[at]
-        if length < 4 or at + length > len(content):
-            refused.add(
-                number, "not a data block of ASTERIX: the rest of the file is left out", content[at : at + 20].hex()
-            )
-            return
-        block = content[at + 3 : at + length]
-        at += length
-        if category not in CATEGORIES:
-            others[f"CAT{category:03d}"] += 1
-            continue
-        place = 0
-        while place < len(block):
-            try:
-                items, place = record(block, place, CATEGORIES[category])
-            except Damaged as error:
-                refused.add(
-                    number,
-                    f"a record of CAT{category:03d} {error} (damaged, or of another edition)",
-                    block[place : place + 20].hex(),
-                )
-                number += 1
-                break
-            yield category, items
+        length, category, sent = int.from_bytes(content[at + 1 : at + 3]), content[at], content[at : at + 20].hex()
+        end = at + length
+        if length < 4 or end > len(content):
+            end = _resumed(content, at + 1)
+            refused.add(number, f"no data block of ASTERIX: {end - at} octets are left out", sent)
             number += 1
+        elif category not in CATEGORIES:
+            others[f"CAT{category:03d}"] += 1
+        else:
+            found, why = _whole(content[at + 3 : end], category)
+            reasons = [""] * len(found)
+            if why:
+                # where the block's length is wrong too, the records that it seems to hold come once more
+                resumed = _resumed(content, at + 1)
+                reasons = [f"in a block of CAT{category:03d} with a damaged record"] * len(found) * (resumed == end)
+                reasons.append(f"a record of CAT{category:03d} {why}")
+                end = resumed
+            for row, reason in enumerate(reasons):
+                if reason:
+                    refused.add(number + row, reason, sent)
+                else:
+                    yield number + row, category, found[row]
+            number += len(reasons)
+        at = end
+
+
+def _whole(block: bytes, category: int) -> tuple[list[dict[str, bytes]], str]:
+    """The records of a block, and why they do not fill it."""
+    found: list[dict[str, bytes]] = []
+    place = 0
+    while place < len(block):
+        try:
+            items, place = record(block, place, CATEGORIES[category])
+        except Damaged as error:
+            return found, f"{error} (damaged, or of another edition)"
+        found.append(items)
+    return found, ""
+
+
+def _resumed(content: bytes, at: int) -> int:
+    """Where blocks follow each other again; the end if nowhere."""
+    while at < len(content) and not (content[at] in (*CATEGORIES, *NOT_READ) and _follow(content, at, SURE)):
+        at += 1
+    return at
 
 
 def _unsigned(item: bytes) -> int:
