@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import threading
@@ -125,6 +126,46 @@ def test_all_files_of_an_archive_are_read(tmp_path):
     (tmp_path / "sheet.xlsx").write_bytes(b"PK\x03\x04 and no more")
     with pytest.raises(InputError, match="Excel sheet"):
         jink.track(tmp_path / "sheet.xlsx")
+
+
+def stored(content: bytes) -> bytes:
+    """A zstd file of one raw block (RFC 8878)."""
+    size = len(content).to_bytes(4, "little")
+    return b"\x28\xb5\x2f\xfd\xa0" + size + (len(content) << 3 | 1).to_bytes(3, "little") + content
+
+
+def packed(files: dict[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return buffer.getvalue()
+
+
+def test_data_that_cannot_be_read_in_an_archive_are_not_left_out(tmp_path):
+    lines = "\n".join(["time,latitude,longitude", *TABLE]).encode()
+    path = tmp_path / "given.zip"
+    path.write_bytes(packed({"a.csv": lines, "b.csv.zst": stored(lines), "map.png": b"\x89PNG"}))
+    tracks, _, summary = jink.track(path, kind="vehicle", details=True)
+    assert tracks["target"].unique().sort().to_list() == ["a", "b"]
+    assert any("map.png is an image" in note for note in summary["notes"])
+    for name, content, said in (
+        ("b.zip", packed({"b.csv": lines}), "b.zip is an archive inside an archive"),
+        ("b.h5", b"\x89HDF\r\n\x1a\n", "b.h5 is an HDF5 file"),
+        ("b.csv.bz2", b"BZh91AY", "b.csv.bz2 is compressed with bzip2"),
+    ):
+        path.write_bytes(packed({"a.csv": lines, name: content}))
+        with pytest.raises(InputError, match=said):
+            jink.track(path, kind="vehicle")
+    path.write_bytes(packed({"b.zip": packed({"b.csv": lines})}))
+    with pytest.raises(InputError, match="an archive inside an archive"):
+        jink.track(path, kind="vehicle")
+
+
+def test_zstd_without_text_is_no_damage(tmp_path):
+    (tmp_path / "x.ast.zst").write_bytes(stored(b"\x15\x00\xcb\x11\n\xff\xfe"))
+    with pytest.raises(InputError, match="holds no text in UTF-8; unpack it"):
+        jink.track(tmp_path / "x.ast.zst")
 
 
 def test_a_folder_stands_for_the_files_in_it(tmp_path):

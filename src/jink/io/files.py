@@ -33,22 +33,27 @@ Rows = tuple[pl.DataFrame, pl.DataFrame]
 
 UNREADABLE = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
 MAGIC = {b"PAR1": "parquet", b"ARROW1": "arrow", b"\xff\xff\xff\xff": "arrow stream"}
+GZIP, ZSTD = b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
+PACKED = b"PK\x03\x04"
 FOREIGN = {
-    b"PK\x03\x04": "a ZIP archive that cannot be read, or an Excel sheet (export that as CSV)",
+    PACKED: "a ZIP archive that cannot be read, or an Excel sheet (export that as CSV)",
     b"FEA1": "a Feather file of version 1 (write it again with version 2)",
     b"\x89HDF": "an HDF5 file (export it as Parquet or CSV)",
     b"BZh": "compressed with bzip2 (jink reads plain, .gz and .zst files)",
     b"\xfd7zXZ": "compressed with xz (jink reads plain, .gz and .zst files)",
     b"SQLi": "an SQLite database (export the table as Parquet or CSV)",
-    b"%PDF": "a PDF document (export the table as CSV)",
-    b"\x89PNG": "an image",
-    b"\xff\xd8\xff": "an image",
     b"ULog": "a PX4 log (ulog2csv of the package pyulog turns it into CSV)",
     b"#ROSBAG": "a ROS bag (export the topic as CSV)",
     b"\xd4\xc3\xb2\xa1": "a network capture (extract its messages first)",
     b"\x1a1": "a dump in Beast format (readsb or dump1090 turn it into SBS-1 or JSON)",
     b"\x1a2": "a dump in Beast format (readsb or dump1090 turn it into SBS-1 or JSON)",
     b"\x1a3": "a dump in Beast format (readsb or dump1090 turn it into SBS-1 or JSON)",
+}
+
+BESIDE = {
+    b"%PDF": "a PDF document (export the table as CSV)",
+    b"\x89PNG": "an image",
+    b"\xff\xd8\xff": "an image",
 }
 
 
@@ -112,8 +117,10 @@ def open_tables(path: Path, left_out: list[str] | None = None) -> Iterator[Table
 
 def _open_member(file: str, member: Member) -> Table:
     content = member.content()
-    if content.startswith(b"\x1f\x8b"):
+    if content.startswith((GZIP, ZSTD)):
         content = _unpacked(file, content)
+    if content.startswith(PACKED):
+        raise InputError(f"{file} is an archive inside an archive (unpack the outer one), or an Excel sheet")
     if content:
         check_foreign(file, content[:16])
     return open_content(file, content)
@@ -137,10 +144,11 @@ def open_table(path: Path) -> Table:
         raise InputError(f"{file} cannot be opened: {error.strerror}") from None
     if not head:
         raise InputError(f"{file} is empty")
-    if head.startswith((b"\x1f\x8b", b"\x28\xb5\x2f\xfd")):
-        return open_content(file, _decompress(path, head))
-    if head.startswith(b"PK\x03\x04") and len(packed := members(path)) == 1:
-        return open_content(file, packed[0].content())
+    if head.startswith((GZIP, ZSTD)):
+        content = ahead.unpacked(path)
+        return open_content(file, _unpacked(file, path.read_bytes()) if content is None else content)
+    if head.startswith(PACKED) and len(packed := members(path)) == 1:
+        return _open_member(file, packed[0])
     check_foreign(file, head)
     for magic, kind in MAGIC.items():
         if head.startswith(magic):
@@ -150,10 +158,11 @@ def open_table(path: Path) -> Table:
 
 
 def check_foreign(file: str, head: bytes) -> None:
-    """Errors: InputError for content that is known but not read."""
-    for magic, what in FOREIGN.items():
-        if head.startswith(magic):
-            raise NoTable(f"{file} is {what}")
+    """Errors: InputError for content that is known but not read; NoTable for what stands beside tables."""
+    for error, known in ((InputError, FOREIGN), (NoTable, BESIDE)):
+        for magic, what in known.items():
+            if head.startswith(magic):
+                raise error(f"{file} is {what}")
     if head[8:12] == b".FIT":
         raise InputError(f"{file} is a FIT file of a sports watch (export it as GPX or TCX)")
 
@@ -165,34 +174,25 @@ def _from_pipe(file: str, path: Path) -> Table:
         raise InputError(f"{file} is empty")
     if len(content) > most_unpacked():
         raise too_large(file)
-    if content.startswith(b"\x1f\x8b"):
+    if content.startswith((GZIP, ZSTD)):
         content = _unpacked(file, content)
     check_foreign(file, content[:16])
     return open_content(file, content)
 
 
-def _unpacked(file: str, content: bytes) -> bytes:
+def _unpacked(file: str, packed: bytes) -> bytes:
+    """The content of a .gz or .zst file; polars brings the zstd decoder, for text alone. Errors: InputError."""
     try:
-        return gunzip(file, content)
-    except (EOFError, zlib.error) as error:
-        raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
-
-
-def _decompress(path: Path, head: bytes) -> bytes:
-    """The content of a .gz or .zst file; polars brings the zstd decoder."""
-    file = name_of(path)
-    if (content := ahead.unpacked(path)) is not None:
-        return content
-    try:
-        packed = path.read_bytes()
-        if head.startswith(b"\x1f\x8b"):
+        if packed.startswith(GZIP):
             return gunzip(file, packed)
         if zstd_size(packed) > most_unpacked():
             raise too_large(file)
         return "\n".join(pl.read_lines(io.BytesIO(packed))["line"].to_list()).encode()
-    except InputError:
-        raise
     except (OSError, EOFError, zlib.error, pl.exceptions.PolarsError) as error:
+        if "utf8" in str(error):
+            raise InputError(
+                f"{file} is compressed with zstd and holds no text in UTF-8; unpack it, or pack it as .gz"
+            ) from None
         raise InputError(f"{file} is compressed and cannot be unpacked (truncated or damaged?): {error}") from None
 
 
@@ -201,8 +201,8 @@ def open_content(file: str, content: bytes) -> Table:
     for magic, kind in MAGIC.items():
         if content.startswith(magic):
             return _columnar(file, io.BytesIO(content), kind)
-    if content.startswith(b"\x1f\x8b"):
-        content = _unpacked(file, content)  # packed twice
+    if content.startswith((GZIP, ZSTD)):
+        content = _unpacked(file, content)  # packed twice, or in an archive
     content, said = plain_text(content)
     start = content[:4096].lstrip()[:1]
     if not start and not content.strip():
@@ -220,7 +220,7 @@ def open_content(file: str, content: bytes) -> Table:
     if start == b"<":
         raise NoTable(f"{file} is XML or HTML of an unknown kind; jink reads GPX, KML and TCX of that sort")
     if content[257:262] == b"ustar":
-        raise NoTable(f"{file} is a tar archive (unpack it, or pack its files as ZIP)")
+        raise InputError(f"{file} is a tar archive (unpack it, or pack its files as ZIP)")
     if b"\x00" in content[:4096]:
         raise NoTable(
             f"{file} is a binary file of an unknown format; jink reads CSV, Parquet, Arrow/Feather, JSON and JSON Lines"
