@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
 
 import polars as pl
@@ -249,3 +250,13 @@ def test_a_page_of_a_folder_with_a_torn_file_names_it(tmp_path, hours):
     torn.write_bytes(torn.read_bytes()[:-50])
     done = CliRunner(env={"COLUMNS": "300"}).invoke(app, ["report", f"{tmp_path}/tracks/"])
     assert done.exit_code == 2 and f"{torn.parent.name}/{torn.name} is damaged" in done.stderr
+
+
+def test_notes_in_a_zip_are_left_out_and_its_tables_are_not(tmp_path, hours):
+    with zipfile.ZipFile(tmp_path / "day.zip", "w") as archive:
+        archive.writestr("README.txt", "These rows were recorded in 2024.\nSee the notes, please.\n")
+        for path in hours:
+            archive.write(path, path.name)
+    summary = track(tmp_path / "day.zip", "-o", f"{tmp_path}/tracks/", *SAME)
+    assert summary["rows"] == flights().height
+    assert any("README.txt: a pair latitude and longitude" in note for note in summary["notes"])

@@ -13,8 +13,8 @@ import numpy as np
 import polars as pl
 
 from ..io.errors import InputError
-from ..io.files import name_of, open_tables
-from ..io.loading import load_table
+from ..io.files import name_of
+from ..io.loading import load_tables
 from ..io.measurements import Measurements
 from ..io.pieces import pieced, row_count, same_kind
 from ..io.rejected import together
@@ -55,8 +55,16 @@ def _parts(job: Job, path: Path) -> Iterator[tuple[Measurements, int]]:
     if row_count(path) > job.piece and (read := pieced(path, job.piece)) is not None:
         yield from _pieces(job, Source.of(path, read, job.reading))
         return
-    for table in open_tables(path):
-        yield load_table(table, job.reading)
+    left_out: list[str] = []
+    held: tuple[Measurements, int] | None = None
+    for _, measured, rows in load_tables(path, job.reading, left_out):
+        if held:
+            yield held
+        held = measured, rows
+    if not held:
+        raise InputError("\n".join(left_out))
+    held[0].notes += [f"left out: {reason}" for reason in left_out]
+    yield held
 
 
 def _named(measured: Measurements, rows: int, path: str, shown: str) -> tuple[Measurements, int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
 
@@ -108,15 +108,7 @@ def load_files(
     count = 0
     for number, path in enumerate(paths):
         try:
-            for table in open_tables(path, left_out):
-                try:
-                    part, total = load_table(table, how)
-                except NoTable as error:
-                    # an archive holds notes beside its tables, too
-                    if table.file == name_of(path):
-                        raise
-                    left_out.append(str(error).splitlines()[0])
-                    continue
+            for table, part, total in load_tables(path, how, left_out):
                 names += table.names
                 parts.append(part)
                 files.append(table.file)
@@ -141,6 +133,23 @@ def load_files(
     if len(left_out) > 5:
         whole.notes.append(f"left out: {len(left_out) - 5} more files")
     return Loaded(whole, files, count)
+
+
+def load_tables(path: Path, how: Reading, left_out: list[str]) -> Iterator[tuple[Table, Measurements, int]]:
+    """The tables of a file or archive, measurements and numbers of rows; notes beside them go into `left_out`.
+
+    Errors: InputError.
+    """
+    for table in open_tables(path, left_out):
+        try:
+            part, total = load_table(table, how)
+        except NoTable as error:
+            # an archive holds notes beside its tables, too
+            if table.file == name_of(path):
+                raise
+            left_out.append(str(error).splitlines()[0])
+            continue
+        yield table, part, total
 
 
 def load_table(table: Table, how: Reading) -> tuple[Measurements, int]:
