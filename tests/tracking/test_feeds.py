@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from datetime import timedelta
 
+import numpy as np
+import polars as pl
 import pytest
 from formats_written import CAR
 
@@ -63,3 +65,15 @@ def test_each_message_of_ais_says_in_its_own_way_that_there_is_no_speed(tmp_path
     lines = [line for speed in (none, most) for line in sentences(type=kind, lat=54.0, lon=10.0, speed=speed)]
     content = "\n".join(f"\\c:1559041817*00\\{line}" for line in lines).encode()
     assert read("x", content).frame["speed"].to_list() == [None, most]
+
+
+@pytest.mark.parametrize("lag", [1.0, 2.0])
+def test_two_stations_with_one_report_do_not_hide_its_noise(lag):
+    """Each report comes twice, so that the usual step of the rows is not that of the positions."""
+    rng, time = np.random.default_rng(0), 10.0 * np.arange(120)
+    lat = 54.0 + (6.0 * time + rng.normal(0, 5.0, 120)) / 111_200
+    lon = 10.0 + rng.normal(0, 5.0, 120) / 65_400
+    once = pl.DataFrame({"mmsi": "219000000", "time": 1.7e9 + time, "lat": lat, "lon": lon})
+    twice = pl.concat([once, once.with_columns(pl.col("time") + lag)]).sort("time")
+    noise = jink.track(twice, kind="vessel", details=True).summary["noise"][0]
+    assert noise["position_sd_from"] == "estimated" and noise["position_sd"] == pytest.approx(5.0, rel=0.25)

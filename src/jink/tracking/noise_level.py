@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from .._engine import native
 from ..catalogue.targets import KINDS
 from ..filters.row_noise import RowNoise
 from ..io.errors import InputError
@@ -22,7 +23,7 @@ from .cleaning import changes
 from .decided import Decided
 from .lasting import kept, lasting_errors, said
 from .placing import Placed
-from .scatter import component_sd, plane_scatter, rough_velocity
+from .scatter import WIDEST, component_sd, plane_scatter, rough_velocity
 
 USUAL_ALTITUDE_SD = 10.0
 USUAL_POLAR_SD = {"range": 50.0, "azimuth": 2e-3, "elevation": 2e-3, "altitude": 30.0}
@@ -99,13 +100,20 @@ def noise_levels(
 
     known: that of other rows of the same table, which holds for these too. step: the usual one of the table (s).
     """
-    step = known.step if known else step
+    step = known.step if known else _spacing(placed, step)
     if placed.components[0] == "range":
         level = _polar(placed, given, known)
     else:
         level = _plane(placed, given, kind, known, step)
     level = replace(level, step=step)
     return level if known is None else replace(level, typical=known.typical, sources=known.sources)
+
+
+def _spacing(placed: Placed, step: float | None) -> float | None:
+    """The usual step (s), or that between measured positions where most rows repeat one that two stations received."""
+    measured = placed.measured
+    own = native.usual_step(np.ascontiguousarray(placed.time[measured]), placed.starts(measured), 1)
+    return own if step is not None and own > WIDEST * step else step
 
 
 def _plane(

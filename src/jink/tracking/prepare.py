@@ -167,10 +167,9 @@ class Known:
     @classmethod
     def of(cls, prepared: Prepared, *, some: bool) -> Known:
         """As the prepared rows show it; some: there are others, which may be lower, so that no ground is known."""
-        step = prepared.pace.step or None
         levels = {
             group.placed.axes: NoiseLevel(
-                group.level.covariance.some(slice(1)), group.level.typical, group.level.sources, step
+                group.level.covariance.some(slice(1)), group.level.typical, group.level.sources, group.level.step
             )
             for group in prepared.groups
         }

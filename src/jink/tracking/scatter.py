@@ -26,6 +26,7 @@ MEDIAN, TAIL = (
     1.4826,
     1.0 / 1.6449,
 )  # sd of a Gaussian over the 50 % and the 90 % quantile of its absolute values
+WIDEST = 3.0  # usual steps: beyond, motion does not cancel
 LEAST = 20  # differences needed for an estimate
 ROUNDING = 1e-7  # m or rad: changes below it are of the arithmetic, not of a sensor
 BLOCK = 4_000  # rows that are looked at together: few enough for the cache
@@ -44,7 +45,7 @@ def third_differences(
     """
     time, values = np.ascontiguousarray(time), np.ascontiguousarray(value if value.ndim == 2 else value[:, None])
     usual = native.usual_step(time, new, spacing) if usual is None else usual
-    longest = 3.0 * max(usual, 1e-9)
+    longest = WIDEST * max(usual, 1e-9)
     found, index = native.third_differences(time, values, new, longest, ROUNDING, spacing)
     return found if value.ndim == 2 else found[:, 0], index
 
