@@ -17,6 +17,7 @@ import jink
 from jink.io.errors import InputError
 from jink.io.formats.registry import FORMATS
 from jink.io.loading import Reading, load_files
+from jink.io.writing import write_tracks
 
 TABLES = ("Flightradar24", "nested JSON", "one list in an object", "JSON by columns", "JSON of lists")
 
@@ -254,3 +255,17 @@ def test_velocities_of_sbs_join_the_positions_of_their_aircraft(tmp_path):
     (tmp_path / "x.sbs").write_text("\n".join([speed[0], *place]))
     late = load_files([tmp_path / "x.sbs"], Reading()).measurements.rows["speed"].to_numpy()
     assert np.isfinite(late).sum() == 1
+
+
+@pytest.mark.parametrize("kind", ["gpx", "kml", "geojson", "csv", "jsonl", "arrow", "parquet"])
+def test_what_is_written_is_read_back(tmp_path, kind):
+    """Tracks in the plane stay so, and their places, times and names are those of the table."""
+    (tmp_path / "ride.csv").write_text("\n".join(["time,latitude,longitude", *TABLE]))
+    tracks = jink.track(tmp_path / "ride.csv", kind="vehicle")
+    write_tracks(tracks, tmp_path / f"tracks.{kind}", kind)
+    loaded = load_files([tmp_path / f"tracks.{kind}"], Reading()).measurements
+    assert loaded.position == "geographic" and "altitude" not in loaded.rows.columns
+    np.testing.assert_allclose(loaded.rows["latitude"], tracks["latitude"], rtol=0, atol=6e-8)
+    np.testing.assert_allclose(loaded.rows["longitude"], tracks["longitude"], rtol=0, atol=6e-8)
+    np.testing.assert_allclose(loaded.rows["time"], tracks["time"].dt.epoch("us") / 1e6, rtol=0, atol=1e-6)
+    assert loaded.rows["target"].unique().to_list() == ["ride"]

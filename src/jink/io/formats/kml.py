@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 from xml.etree import ElementTree
 
 from ..errors import InputError
 from .markup import elements, local, numbered, rooted, text_of
 from .records import Format, Records, Refused
+
+ZERO = re.compile(r"^(\S+\s+\S+)\s+-?0(?:\.0*)?$")  # a place with a height of 0
 
 
 def recognises(head: bytes) -> bool:
@@ -54,9 +57,11 @@ def read(file: str, content: bytes) -> Records:
 
 
 def _track(track: ElementTree.Element) -> list[tuple[str | None, str]]:
-    """Times and places of a gx:Track: as many of each, in the same order."""
+    """Times and places of a gx:Track: as many of each, in the same order. On the ground heights of 0 are none."""
     times = [child.text for child in track if local(child.tag) == "when"]
     places = [(child.text or "").strip() for child in track if local(child.tag) == "coord"]
+    if text_of(track, "altitudeMode") == "clampToGround" and all(ZERO.search(place) for place in places):
+        places = [ZERO.sub(r"\1", place) for place in places]
     times += [None] * (len(places) - len(times))
     return list(zip(times, places, strict=False))
 
