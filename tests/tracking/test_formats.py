@@ -269,3 +269,5 @@ def test_what_is_written_is_read_back(tmp_path, kind):
     np.testing.assert_allclose(loaded.rows["longitude"], tracks["longitude"], rtol=0, atol=6e-8)
     np.testing.assert_allclose(loaded.rows["time"], tracks["time"].dt.epoch("us") / 1e6, rtol=0, atol=1e-6)
     assert loaded.rows["target"].unique().to_list() == ["ride"]
+    if kind not in ("gpx", "kml"):
+        assert any("those of tracks that jink wrote: positions are estimates" in note for note in loaded.notes)

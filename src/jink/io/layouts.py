@@ -32,6 +32,13 @@ class Layout:
 
 LAYOUTS = (
     Layout(
+        "tracks that jink wrote",
+        frozenset({"part", "segment", "status", "x_sd", "y_sd"}),
+        {"altitude_m": "altitude", "course_rad": "course"},
+        "positions are estimates, whose errors last from row to row; the measurements that they come from are a better "
+        "input",
+    ),
+    Layout(
         "Flightradar24 CSV",
         frozenset({"timestamp", "utc", "callsign", "altitude", "speed", "direction"}),
         {"time_s": "timestamp", "altitude_ft": "altitude", "speed_kt": "speed", "place": "position"},
