@@ -70,3 +70,30 @@ def test_heights_have_the_unit_of_their_field(fields, name, metres, said):
     assert said in notes
     # the option is for fields that tell no unit
     np.testing.assert_array_equal(heights(fields, name, altitude_unit="ft")[0], found)
+
+
+def rows_of(x: list[str]) -> tuple[list[float], list[str]]:
+    """The x that is tracked, and the reasons of rejected rows."""
+    table = pl.DataFrame({"id": "a", "time": np.arange(len(x)), "x": x, "y": 0.0})
+    tracks, rejected, _ = jink.track(table, details=True, check_coordinates=False, min_points=1)
+    return tracks["measured_x"].to_list(), rejected["reason"].to_list()
+
+
+@pytest.mark.parametrize(
+    ("fields", "metres"),
+    [
+        (["950.5", "1,000.5", "1,050", "1,234,567.0"], [950.5, 1000.5, 1050.0, 1234567.0]),
+        (["950,5", "1.000,5", "1.050", "1.234.567,0"], [950.5, 1000.5, 1050.0, 1234567.0]),
+        (["-9,5", "1000,5", "1,050", "3"], [-9.5, 1000.5, 1.05, 3.0]),
+    ],
+)
+def test_separators_of_thousands_are_read_where_a_field_tells_them(fields, metres):
+    found, reasons = rows_of(fields * 3)
+    np.testing.assert_allclose(found, metres * 3, rtol=1e-12)
+    assert not reasons
+
+
+@pytest.mark.parametrize("others", [["950.5", "960.25"], ["950", "960"]])
+def test_a_comma_that_may_be_either_is_said_to_be_that(others):
+    _, reasons = rows_of([*others, "1,000"] * 4)
+    assert reasons == ["x has a comma that is a decimal one or one between thousands"] * 4

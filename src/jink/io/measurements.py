@@ -39,7 +39,7 @@ from .quality import (
 from .rates import rates
 from .sheet import Problem, Sheet
 from .stages import stage
-from .values import numbers, texts
+from .values import numbers, texts, unclear
 
 FOOT = 0.3048
 FARTHEST = 1e10  # m: nothing that is tracked is so far, and squares of more lose all digits
@@ -177,7 +177,11 @@ def _positions(sheet: Sheet, altitude_unit: str | None) -> tuple[dict[str, np.nd
             count = int(bad.sum())
             sheet.notes.append(f"{count} unreadable altitudes in column {column.name!r} are taken as missing")
         elif bad.any():
-            problems.append((f"{name} is not a number", bad, sheet.series(name)))
+            either = bad & unclear(sheet.series(name))
+            problems.append(
+                (f"{name} has a comma that is a decimal one or one between thousands", either, sheet.series(name))
+            )
+            problems.append((f"{name} is not a number", bad & ~either, sheet.series(name)))
     if sheet.position == "geographic":
         _degrees(values)
     return values, problems

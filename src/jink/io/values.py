@@ -9,6 +9,7 @@ from .conventions import YEARS
 
 EMPTY = ["", "na", "n/a", "nan", "null", "none", "-", "ground"]
 THOUSANDS = r"^[+-]?\d{1,3}(?:,\d{3})+(?:\.\d+)?$"
+POINTS = r"^[+-]?\d{1,3}(?:\.\d{3})+(?:,\d+)?$"  # 1.234,5: points between thousands
 # a number and a unit in one field: 513.863 M
 WITH_UNIT = r"^([+-]?\d+(?:\.\d+)?) ?(?:m|M|ft|FT|km/h|KM/H|kt|kts|kn|deg|°|m/s)$"
 
@@ -16,7 +17,8 @@ WITH_UNIT = r"^([+-]?\d+(?:\.\d+)?) ?(?:m|M|ft|FT|km/h|KM/H|kt|kts|kn|deg|°|m/s
 def numbers(series: pl.Series, thousands: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Any column as floats (NaN: missing or unreadable) and which values were there but no numbers.
 
-    A comma is a decimal one; where all could be either (1,234), it is read only with `thousands`, as that.
+    A comma is a decimal one; where all could be either (1,234), it is read only with `thousands`, as that, or if others
+    of the column tell (1,234.5).
     """
     if series.dtype == pl.Null:
         return np.full(len(series), np.nan), np.zeros(len(series), bool)
@@ -36,11 +38,23 @@ def numbers(series: pl.Series, thousands: bool = False) -> tuple[np.ndarray, np.
     return np.full(len(series), np.nan), series.is_not_null().to_numpy()
 
 
+def unclear(series: pl.Series) -> np.ndarray:
+    """Fields (N,) whose comma may be a decimal one or one between thousands."""
+    if series.dtype != pl.String:
+        return np.zeros(len(series), bool)
+    return series.str.strip_chars().str.contains(r"^[+-]?\d{1,3},\d{3}$").fill_null(False).to_numpy()
+
+
 def _written_otherwise(text: pl.Series, value: pl.Series, bad: pl.Series, thousands: bool) -> pl.Series:
-    """Numbers with a decimal comma, with commas between thousands, or with a unit behind them."""
+    """Numbers with a decimal comma, with commas or points between thousands, or with a unit behind them."""
+    pointed = text.str.contains(r"\.")
+    if (bad & text.str.contains(POINTS)).any() and text.filter(pointed).str.contains(POINTS).all():
+        plain = text.str.replace_all(".", "", literal=True).str.replace(",", ".", literal=True)
+        return plain.cast(pl.Float64, strict=False)
     comma = bad & text.str.contains(r"^[+-]?\d+(?:,\d+)+(?:\.\d+)?$")
     either = comma.any() and text.filter(comma).str.contains(THOUSANDS).all()
-    if comma.any() and (thousands or not either):
+    told = text.filter(comma).str.contains(r",.*[,.]").any()
+    if comma.any() and (thousands or told or not either):
         plain = text.str.replace_all(",", "" if either else ".")
         value = value.zip_with(~comma, plain.cast(pl.Float64, strict=False))
     unit = bad & text.str.contains(WITH_UNIT)
