@@ -257,14 +257,15 @@ def run(
         if settings.every is not None:
             raise InputError("every: plots without identity are tracked scan by scan; leave it out")
         found = run_anonymous(loaded, settings, anonymous or Anonymous(), anonymous is not None, progress)
-        tracked = TrackedSky.of(Tracked(*found[:3]), found[3])
+        tracked, apart = TrackedSky.of(Tracked(*found[:3]), found[3]), []
     else:
-        tracked = _run_named(loaded, settings, progress)
+        tracked, apart = _run_named(loaded, settings, progress)
     measured = tracked.tracks if settings.every is None else tracked.tracks.filter(pl.col("row").is_not_null())
     noise = tracked.summary["noise"]
     seen = Seen.of(measured, settings.kind, noise)
     shared = tracked.summary["cleaning"].get("shared_times", 0) / tracked.summary["rows"]
     found, hopeless = findings(seen, noise, settings.kind, tracked.summary["consistency"], shared)
+    found = [*apart, *found]
     if hopeless and settings.check:
         raise InputError(implausible(found, tracked.summary["targets"]))
     if settings.filter is not None and settings.smoothing is None:
@@ -286,8 +287,8 @@ def at_even_times(tracked: Tracked, settings: Settings) -> Tracked:
     return Tracked(tracks, tracked.rejected, tracked.summary | {"every_seconds": settings.every})
 
 
-def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) -> Tracked:
-    """Rows that say whose they are."""
+def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) -> tuple[Tracked, list[Finding]]:
+    """Rows that say whose they are, and what is wrong with them before they are tracked."""
     began = clock.perf_counter()
     measurements = loaded.measurements
     prepared = prepare(measurements, settings)
@@ -313,7 +314,7 @@ def _run_named(loaded: Loaded, settings: Settings, progress: Progress | None) ->
     summary |= {**settings.said(), "gap_seconds": prepared.pace.gap}
     if settings.every is not None and any(noise_of_steps(group.filter) for group in groups):
         summary["notes"].append(NOISE_OF_STEPS)
-    return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began})
+    return Tracked(tracks, rejected, summary | {"seconds": clock.perf_counter() - began}), prepared.apart
 
 
 def nothing_left(count: int, why: Sequence[tuple[str, int]]) -> str:

@@ -26,8 +26,10 @@ from ..io.values import codes_of, order_of
 from . import range_rate, velocity_use
 from .cleaning import Cleaned, Cleaning, clean
 from .converted import as_positions
+from .finding import Finding
 from .ground import lowest_ground
 from .held_out import Used
+from .hours_apart import hours_apart
 from .lag import Lag
 from .noise_level import NoiseLevel, noise_levels
 from .placing import Placed, begin_with_height, place
@@ -140,11 +142,12 @@ class Group:
 
 @frozen
 class Prepared:
-    """What was cleaned and how, and the groups that are left, none where no row is."""
+    """What was cleaned and how, the groups that are left, none where no row is, and sources whose clocks are apart."""
 
     cleaned: Cleaned
     pace: Pace
     groups: list[Group]
+    apart: list[Finding] = field(default_factory=list)
 
 
 @frozen
@@ -190,6 +193,7 @@ def prepare(measurements: Measurements, settings: Settings, known: Known | None 
     if known is None and (some := evidence(measurements.rows)) is not None:
         rows = measurements.rows.join(some, on="target", how="semi", maintain_order="left")
         known = Known.of(prepare(replace(measurements, rows=rows), replace(settings, sites={})), some=True)
+    apart = hours_apart(measurements.rows, measurements.position) if known is None else []
     ships = measurements.named.get("target", "").lower() in SHIPS
     if ships and settings.kind == "aircraft" and SHIP not in measurements.notes:
         measurements.notes.append(SHIP)
@@ -205,7 +209,7 @@ def prepare(measurements: Measurements, settings: Settings, known: Known | None 
     if settings.site is not None:
         _far_in_the_plane(placed, measurements)
         placed = [with_lines_of_sight(each, settings.site) for each in placed]
-    return Prepared(cleaned, pace, [_group(each, pace, settings, known) for each in placed])
+    return Prepared(cleaned, pace, [_group(each, pace, settings, known) for each in placed], apart)
 
 
 def _without_heights(placed: list[Placed], measurements: Measurements, settings: Settings) -> list[Placed]:
