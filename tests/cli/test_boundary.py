@@ -220,7 +220,7 @@ def test_a_closed_stream_refuses_every_use():
 @pytest.mark.parametrize(("spread", "said"), [([19.6, 20.4], "(estimated)"), ([18.0, 21.0], "18 to 21 m by target)")])
 def test_a_range_over_the_targets_is_said_where_there_is_one(spread, said):
     line = {"position_sd": 20.0, "position_sd_from": "estimated", "position_sd_range": spread}
-    assert next(_noise([{"source": "a.csv", **line}])).endswith(said)
+    assert next(_noise([{"source": "a.csv", **line}], ["a.csv"])).endswith(said)
 
 
 @unix

@@ -10,9 +10,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import polars as pl
 import pytest
 from rich.console import Console
 
+import jink
+from jink.report.summary_table import lines
 from jink.report.terminal import ENDLESS, folded, print_table, standard_output
 
 FLIGHTS = str(Path(__file__).parents[2] / "examples" / "flights.parquet")
@@ -91,3 +95,25 @@ def test_json_and_tables_are_not_mixed(tmp_path):
         [sys.executable, "-m", "jink", *COMMANDS["compare"], "--json", "-"], capture_output=True, text=True, check=True
     )
     assert json.loads(done.stdout)["runs"] == 4
+
+
+def test_the_summary_tells_the_sources_apart(tmp_path):
+    """Of files the last part of the path where that is enough, of other sources the whole name."""
+    time = 4.0 * np.arange(30)
+    rng = np.random.default_rng(0)
+    table = pl.DataFrame({"target": "a", "time": time, "x": 50.0 * time + rng.normal(0, 5, 30), "y": 0.0})
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        table.with_columns(pl.col("time") + 2.0 * (folder == "two")).write_csv(tmp_path / folder / "x.csv")
+    radars = table.with_columns(pl.col("time") + 1.0, source=pl.Series(["25/201", "26/201"] * 15))
+    radars.write_csv(tmp_path / "radars.csv")
+
+    def noise(*inputs: str) -> list[str]:
+        summary = jink.track([tmp_path / name for name in inputs], details=True).summary
+        shown = list(lines(summary))
+        first = [name for name, _ in shown].index("Noise")
+        return [text.partition(":")[0] for _, text in shown[first : first + 2]]
+
+    assert noise("one/x.csv", "two/x.csv") == [str(tmp_path / folder / "x.csv") for folder in ("one", "two")]
+    assert noise("one/x.csv", "radars.csv") == ["x.csv", "25/201"]
+    assert noise("radars.csv") == ["25/201", "26/201"]

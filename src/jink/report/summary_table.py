@@ -62,7 +62,7 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
         if count and "rejected" not in CLEANED[name]
     ]
     yield from _listed("Cleaning", done or ["nothing to do"])
-    yield from _listed("Noise", list(_noise(summary["noise"])))
+    yield from _listed("Noise", list(_noise(summary["noise"], summary["files"])))
     how = "smoothed" if summary["smoothed"] else "filtered"
     how += f" with a lag of {summary['lag']}" if "lag" in summary else ""
     yield from _listed(
@@ -83,13 +83,17 @@ def lines(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
     yield "Took", f"{summary['seconds']:.1f} s"
 
 
-def _noise(sources: list[dict[str, Any]]) -> Iterator[str]:
-    """The noise of the first few sources: where each figure comes from, and its range over the targets."""
-    for line in sources[:3]:
+def _noise(sources: list[dict[str, Any]], files: list[str]) -> Iterator[str]:
+    """The noise of the first few sources: where each figure comes from, and its range over the targets.
+
+    Of a file the last part of its path is shown, unless several have that.
+    """
+    shown = [Path(line["source"]).name if line["source"] in files else line["source"] for line in sources]
+    for line, name in zip(sources[:3], shown, strict=False):
         pieces = [_figure(line, name) for name in FIGURES]
         if line.get("time_sd"):
             pieces.insert(1, f"time stamps {line['time_sd']:.2g} s")
-        where = f"{Path(line['source']).name}: " if len(sources) > 1 else ""
+        where = f"{name if shown.count(name) == 1 else line['source']}: " if len(sources) > 1 else ""
         yield where + ", ".join(filter(None, pieces))
     if len(sources) > 3:
         yield f"and {len(sources) - 3} more sources (--json lists them)"
