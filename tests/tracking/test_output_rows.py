@@ -136,3 +136,11 @@ def test_both_at_the_command_line(tmp_path, capsys):
     found = pl.read_csv(out)
     assert set(np.round(np.diff(found["time"]), 6)) == {0.5}
     assert found["note"].is_not_null().all()
+
+
+def test_a_column_of_row_numbers_is_not_kept_and_it_is_said_why(tmp_path):
+    table = pl.DataFrame({"row": range(9, 19), "time": range(10), "x": np.arange(10.0), "y": 0.0})
+    table.write_csv(tmp_path / "x.csv")
+    for data in (table, tmp_path / "x.csv"):
+        with pytest.raises(InputError, match="a column named 'row' cannot go along"):
+            jink.track(data, keep=["row"])

@@ -21,6 +21,8 @@ IDENTITY = (
 def kept(names: Sequence[str], columns: Columns, asked: Sequence[str] | None) -> list[str]:
     """Names of the columns to keep: as asked (those that this table has), or identities beside the target's."""
     if asked is not None:
+        if "row" in asked and "row" in names:
+            raise InputError("keep: a column named 'row' cannot go along, since tracks number their rows so; rename it")
         return [name for name in dict.fromkeys(asked) if name in names]
     used = {column.name for column in columns.roles.values()} - {"row"}
     return [name for name in names if normal(name) in IDENTITY and name not in used]
