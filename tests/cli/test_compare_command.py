@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,6 +32,7 @@ def ask(**changes) -> int:
     [
         ({"scenario": "lee2003"}, "did you mean lee-2003?"),
         ({"scenario": "none.csv"}, "there is no file none.csv"),
+        ({"scenario": str(Path(__file__).parent)}, "is a folder, but none that jink track wrote"),
         ({"filters": "singer,immm"}, "did you mean imm"),
         ({"filters": "none.json"}, "there is no filter file none.json"),
         ({"runs": 0}, "--runs is 0"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import jink
@@ -24,6 +26,8 @@ def test_fit_gains_on_fresh_runs_and_round_trips(tmp_path):
 def test_refusals():
     with pytest.raises(InputError, match="there is no file"):
         fit("nowhere.csv")
+    with pytest.raises(InputError, match="is a folder, but none that jink track wrote"):
+        fit(str(Path(__file__).parent))
     with pytest.raises(InputError, match="did you mean imm"):
         fit("lee-2003", "imx")
 

@@ -6,10 +6,10 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..archive.folder import is_archive
+from ..archive.folder import check_named, is_archive
 from ..catalogue.registry import FILTERS
 from ..io.errors import InputError
-from ..scenarios import Scenario, by_name
+from ..scenarios import SCENARIOS, Scenario, by_name
 from ..tracking.lag import Lag
 from .entrants import ALWAYS, ENTRANTS, check_names
 from .own_filters import Entry, own_filters
@@ -64,8 +64,8 @@ def compare(
             if late:
                 raise InputError(f"lag is {late}; expected none without truth, where filters are scored on predictions")
             return race_on_file(text, names, kind=kind, columns=columns, seed=seed, more=own, progress=progress)
-        if os.sep in text or "." in text:
-            raise InputError(f"there is no file {text}")
+        if text not in SCENARIOS:
+            check_named(text)
         try:
             chosen = by_name(text)
         except ValueError as error:

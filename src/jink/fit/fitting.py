@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..archive.folder import is_archive
+from ..archive.folder import check_named, is_archive
 from ..catalogue.purpose import Unfit
 from ..catalogue.registry import FILTERS, canonical
 from ..checks import unknown
@@ -153,8 +153,8 @@ def training_data(
     if not names:
         raise InputError("data: expected a scenario's name, several names with commas, or a file")
     for name in names:
-        if isinstance(name, str) and name not in SCENARIOS and ("/" in name or "." in name):
-            raise InputError(f"there is no file {name}")
+        if isinstance(name, str) and name not in SCENARIOS:
+            check_named(name)
     if truth is not None:
         raise InputError("truth: expected only with a file, whose columns it names; a scenario brings its own truth")
     return from_scenarios(names, runs, seed, check_runs)
