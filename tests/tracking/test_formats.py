@@ -271,3 +271,10 @@ def test_what_is_written_is_read_back(tmp_path, kind):
     assert loaded.rows["target"].unique().to_list() == ["ride"]
     if kind not in ("gpx", "kml"):
         assert any("those of tracks that jink wrote: positions are estimates" in note for note in loaded.notes)
+
+
+@pytest.mark.parametrize(("write", "journey", "_"), [FILES[name] for name in FILES if name != "SBS-1"])
+def test_a_time_zone_is_not_for_formats_that_tell_utc(tmp_path, write, journey, _):
+    path = tmp_path / "given.dat"
+    path.write_text(write(), encoding="utf-8")
+    journey.agrees(jink.track(path, kind="vehicle" if journey is CAR else "aircraft", time_zone="Asia/Tokyo"))

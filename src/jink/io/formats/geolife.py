@@ -36,7 +36,7 @@ def read(file: str, content: bytes) -> Records:
         rows.append(
             {
                 "row": number,
-                "time": f"{fields[5]} {fields[6]}" if fields[5] and fields[6] else _of_days(fields[4]),
+                "time": f"{fields[5]} {fields[6]}Z" if fields[5] and fields[6] else _of_days(fields[4]),
                 "latitude": fields[0],
                 "longitude": fields[1],
                 "altitude_ft": None if height == NO_HEIGHT else height,
@@ -52,7 +52,7 @@ def _of_days(text: str) -> str | None:
     if not is_number(text) or not 0.0 < float(text) < 100_000.0:
         return None
     moment = FIRST_DAY + timedelta(milliseconds=round(float(text) * 86_400_000.0))
-    return moment.isoformat(sep=" ", timespec="milliseconds")
+    return moment.isoformat(sep=" ", timespec="milliseconds") + "Z"
 
 
 FORMAT = Format(

@@ -111,7 +111,7 @@ def _date(rows: list[dict[str, Any]]) -> None:
     for row in rows:
         clock, day = row.pop("clock"), row.pop("day") or first
         text = f"{clock[:2]}:{clock[2:4]}:{clock[4:]}"
-        row["time"] = f"{day} {text}" if day else text
+        row["time"] = f"{day} {text}Z" if day else text
 
 
 FORMAT = Format(
