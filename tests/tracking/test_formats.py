@@ -199,8 +199,9 @@ def test_every_damaged_line_of_a_receiver_is_counted(tmp_path):
     (tmp_path / "x.nmea").write_text(
         "\n".join(["# a logger", *lines[:10], damaged, "", "!AIVDM,1,1,,A,x,0*00", *lines[11:]])
     )
-    _, rejected, _ = jink.track(tmp_path / "x.nmea", kind="vehicle", details=True)
+    _, rejected, summary = jink.track(tmp_path / "x.nmea", kind="vehicle", details=True)
     assert rejected.select("row", "reason").rows() == [(11, "not a sentence of NMEA 0183")]
+    assert any("1 sentences of AIS are not read" in note for note in summary["notes"])
 
 
 def test_ais_sentences_are_read_by_their_receivers_time(tmp_path):

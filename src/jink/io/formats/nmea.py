@@ -10,6 +10,7 @@ from .head import is_number
 from .records import Format, Records, Refused
 
 SENTENCE = re.compile(r"\$([A-Z]{2})([A-Z]{3}),([^*]*)(?:\*([0-9A-Fa-f]{2}))?")
+AIS = re.compile(r"![A-Z]{2}VD[MO],")
 POSITIONS = ("RMC", "GGA", "GLL")
 OTHERS = ("#", "%", ";", "//", "!")  # how comments of loggers begin, and sentences that hold other things
 
@@ -27,9 +28,10 @@ def read(file: str, content: bytes) -> Records:
     rows: list[dict[str, Any]] = []
     refused = Refused()
     latest: dict[str, Any] | None = None
-    day = ""
+    day, others = "", 0
     for number, line in enumerate(content.decode("latin-1").splitlines()):
         found = SENTENCE.search(line)
+        others += AIS.search(line) is not None
         if not found:
             if line.strip() and not line.lstrip().startswith(OTHERS):
                 refused.add(number, "not a sentence of NMEA 0183", line)
@@ -55,7 +57,8 @@ def read(file: str, content: bytes) -> Records:
     if not rows:
         raise InputError(f"{file} is NMEA 0183 without any RMC, GGA or GLL sentence")
     _date(rows)
-    return Records.of(rows, refused)
+    said = f"{others} sentences of AIS are not read beside those of a receiver; a file of them alone is"
+    return Records.of(rows, refused, [said] if others else [])
 
 
 def _checksum(sentence: str) -> int:
