@@ -55,6 +55,15 @@ def test_times_of_day_go_on_after_midnight(tmp_path):
     assert tracks["time"].max() > 86400.0
 
 
+def test_files_that_tell_no_date_are_said_to_be_of_one_day(tmp_path):
+    late = Journey(speed=230.0, course=100.0, latitude=49.0, start=MIDNIGHT - timedelta(seconds=100))
+    records = reports(late)
+    files = [written(tmp_path / f"{k}.ast", 21, records[20 * k : 20 * k + 20]) for k in range(2)]
+    said = "times of several files count from midnight and tell no date"
+    assert any(note.startswith(said) for note in jink.track(files, details=True).summary["notes"])
+    assert not any(note.startswith(said) for note in jink.track(files[:1], details=True).summary["notes"])
+
+
 def test_a_velocity_and_marks_are_read():
     row = asterix.read("x", block(21, reports(PLANE)[0]) * 2).frame.row(0, named=True)
     assert row["speed"] == pytest.approx(230.0 * 3600 / 1852, abs=0.2) and row["course"] == pytest.approx(100, abs=0.01)

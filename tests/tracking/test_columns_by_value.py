@@ -307,7 +307,7 @@ def test_ais_says_where_no_position_is_available(tmp_path):
 
 def test_a_comma_that_could_be_either_is_not_guessed(tmp_path):
     lines = ["id;time;x;y", *[f"a;{i};{1 + i},{100 + i};5" for i in range(12)]]
-    with pytest.raises(InputError, match="x is not a number"):
+    with pytest.raises(InputError, match="x has a comma that is a decimal one or one between thousands"):
         track(tmp_path / "x.csv", lines)
     lines = ["id,time,latitude,longitude,altitude_ft", *CAR.lines('a,{t},{lat:.6f},{lon:.6f},"35,000"')]
     assert track(tmp_path / "y.csv", lines)[0]["altitude"].median() == pytest.approx(10_668.0, abs=1.0)

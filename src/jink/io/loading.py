@@ -23,6 +23,10 @@ from .stages import stage
 
 FORMS = 3  # of columns, beside the first file's, that notes show
 LOCAL = (mot.FORMAT.title,)  # formats that number the targets of each file from 1
+OF_DAY = (
+    "times of several files count from midnight and tell no date: they are taken for one day; track files of several "
+    "days, or that go on after midnight, each by itself"
+)
 
 
 @frozen
@@ -105,7 +109,7 @@ def load_files(
     names: list[str] = []
     files: list[str] = []
     local: list[bool] = []
-    count = 0
+    count = of_day = 0
     for number, path in enumerate(paths):
         try:
             for table, part, total in load_tables(path, how, left_out):
@@ -113,6 +117,7 @@ def load_files(
                 parts.append(part)
                 files.append(table.file)
                 local.append(table.format in LOCAL)
+                of_day += part.of_day or table.format.startswith("ASTERIX")
                 count += total
         except InputError as error:
             # a folder also holds notes and pictures
@@ -129,6 +134,7 @@ def load_files(
     one_spelling(parts)
     whole = together(parts, files)
     whole.notes += other_columns([(file, part.named) for file, part in zip(files, parts, strict=True)])
+    whole.notes += [OF_DAY] if of_day > 1 else []
     whole.notes += [f"left out: {reason}" for reason in left_out[:5]]
     if len(left_out) > 5:
         whole.notes.append(f"left out: {len(left_out) - 5} more files")

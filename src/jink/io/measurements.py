@@ -59,7 +59,7 @@ class Measurements:
     components (NaN: missing), speed and the other rates that the table has (`rates.py`), position_sd and altitude_sd
     (as each row states; NaN: not stated), velocity_sd and vertical_rate_sd where the source states them, dilution (how
     much rougher a row is than the middle one) and grounded (the altitude was filled in on the ground); on_ground where
-    a column says so. `rate_notes` are of interest where the rates are used.
+    a column says so. `rate_notes` are of interest where the rates are used. `of_day`: times count from midnight.
     """
 
     rows: pl.DataFrame
@@ -70,6 +70,7 @@ class Measurements:
     notes: list[str] = field(default_factory=list)
     unused: list[str] = field(default_factory=list)
     rate_notes: list[str] = field(default_factory=list)
+    of_day: bool = False
 
 
 @stage("recognise")
@@ -146,7 +147,7 @@ def measure(
     named = {role: column.shown or column.name for role, column in sheet.roles.items()}
     notes = noticed + target_note + sheet.notes
     unused = [name for name in _unused(sheet, named) if name not in carried]
-    return Measurements(kept, rejected, sheet.position, times.absolute, named, notes, unused, rate_notes)
+    return Measurements(kept, rejected, sheet.position, times.absolute, named, notes, unused, rate_notes, times.of_day)
 
 
 def _unused(sheet: Sheet, named: dict[str, str]) -> list[str]:
