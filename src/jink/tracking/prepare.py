@@ -190,10 +190,10 @@ def prepare(measurements: Measurements, settings: Settings, known: Known | None 
     """
     if settings.sites:
         to_the_map(measurements, settings.sites, settings.sensor_sd, settings.kind, settings.target_height)
+    apart = hours_apart(measurements.rows, measurements.position) if known is None else []
     if known is None and (some := evidence(measurements.rows)) is not None:
         rows = measurements.rows.join(some, on="target", how="semi", maintain_order="left")
         known = Known.of(prepare(replace(measurements, rows=rows), replace(settings, sites={})), some=True)
-    apart = hours_apart(measurements.rows, measurements.position) if known is None else []
     ships = measurements.named.get("target", "").lower() in SHIPS
     if ships and settings.kind == "aircraft" and SHIP not in measurements.notes:
         measurements.notes.append(SHIP)
