@@ -5,7 +5,7 @@
 FLIGHTS: the collection that it learned on (without: quickstart is fetched); measured on the flights that `jink learn
 corrector` sets aside by its seed. With --unseen on all flights of other files. FILE: a file of `jink learn corrector`
 instead of what is shipped. --forms: also `jink.track`, with the one that is shipped and without, on the same plots as
-range and azimuth, x and y, latitude and longitude.
+range and azimuth, x and y, latitude and longitude. "between": predictions in the middle between two plots.
 
 Ratios of corrected to default: R99 (RMSE of position without the worst 1 %), RMSE, velocity in turns and at all; NEES
 over 4 of position and velocity, the share of it inside its 95 % band and that of the NIS, without and with. Standard
@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +55,7 @@ SENSORS = {
     "multilateration, 1 s, 100 m": (1.0, 100.0, 0.0, 0.01, 3),
     "far radar, 20 s, 300 m": (20.0, 300.0, 0.0, 0.01, 2),
 }
+BETWEEN = ("radar, 12 s, 70 m, .068 deg", "radar, 4 s, 50 m, .06 deg", "x, y, 1 s, 25 m", "ADS-B, 5 s, 20 m")
 RECEIVED = (1.0, 5.0, 10.0)  # s: the plots of the file themselves
 
 
@@ -113,9 +114,9 @@ def line(name: str, tracks: Tracks, sides: list[Errors]) -> str:
     band = chi2.ppf([0.025, 0.975], 4) / 4
     nees = [f"{e.nees[rows].mean():.2f}" for e in sides]
     inside = [f"{100 * ((e.nees[rows] >= band[0]) & (e.nees[rows] <= band[1])).mean():.0f}" for e in sides]
-    nis = [f"{100 * np.nanmean(e.nis[rows]):.1f}" for e in sides]
+    nis = [f"{100 * np.nanmean(e.nis[rows]):.1f}" if np.isfinite(e.nis[rows]).any() else "-" for e in sides]
     shares = f"{' → '.join(nees):>12}  {' → '.join(inside):>8} %  {' → '.join(nis):>12} %"
-    return f"  {name:<34}{'  '.join(cells)} {shares}{'   HURTS' if bad else ''}"
+    return f"  {name:<42}{'  '.join(cells)} {shares}{'   HURTS' if bad else ''}"
 
 
 def jackknifed(
@@ -164,15 +165,25 @@ def thinned(tracks: Tracks, period: float) -> Tracks:
     return Tracks(tracks.time[at], tracks.z[at], offsets, tracks.covariance[at], truth=truth[at], owner=tracks.owner)
 
 
+def of_sensor(name: str, some: list[Flown], corrector: Any, seed: int, halfway: bool = False) -> str:
+    """The line of a sensor; halfway: of the predictions in the middle between two plots."""
+    period, sd, degrees, gross, axes = SENSORS[name]
+    azimuth = np.radians(degrees) if degrees else None
+    radar = Radar(period=period / 2 if halfway else period, sd=sd, azimuth_sd=azimuth, gross=gross, axes=axes)
+    tracks = counted(seen(some, radar, np.random.default_rng(seed)))
+    if halfway:
+        between = (np.arange(tracks.rows) - tracks.first[tracks.of_row]) % 2 == 1
+        tracks.z[between] = np.nan
+        tracks = replace(tracks, counts=tracks.counts & between)
+    sides = pair_of(KIND, Position(sd=sd, axes=axes), corrector)
+    return line(f"between: {name}" if halfway else name, tracks, [measured(f, tracks) for f in sides])
+
+
 def table(some: list[Flown], path: Path | None, corrector: Any, seed: int) -> None:
     """Print a line per sensor."""
-    print(f"  {'':<34}{'R99':<15}{'RMSE':<15}{'v in turns':<15}{'v':<15} NEES/4, in its band, NIS in its band")
-    for name, (period, sd, degrees, gross, axes) in SENSORS.items():
-        azimuth = np.radians(degrees) if degrees else None
-        radar = Radar(period=period, sd=sd, azimuth_sd=azimuth, gross=gross, axes=axes)
-        tracks = counted(seen(some, radar, np.random.default_rng(seed)))
-        sides = pair_of(KIND, Position(sd=sd, axes=axes), corrector)
-        print(line(name, tracks, [measured(f, tracks) for f in sides]), flush=True)
+    print(f"  {'':<42}{'R99':<15}{'RMSE':<15}{'v in turns':<15}{'v':<15} NEES/4, in its band, NIS in its band")
+    for name, halfway in [*((name, False) for name in SENSORS), *((name, True) for name in BETWEEN)]:
+        print(of_sensor(name, some, corrector, seed, halfway), flush=True)
     for velocity in (False, True) if path else ():
         every, sensor = as_received(path, some, velocity)
         for period in RECEIVED:

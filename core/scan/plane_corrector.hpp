@@ -5,6 +5,7 @@
 // The share of it that goes out is f g. f falls from 1 to 0 as inputs leave the range of the training. g is what the innovations say of the
 // earlier corrections of the same track: with d = c_p + dt c_v, what a correction said of the next innovation y, in its sd,
 // g = (k + sum y.d) / (k + sum d.d), within 0 and 1, both sums fading. It is the ridge regression of y on d, drawn towards 1.
+// Until the next scan that is taken, what goes out is g d in position and g c_v in velocity.
 #pragma once
 
 #include "scan/composition.hpp"
@@ -77,14 +78,15 @@ template <class T> class PlaneCorrector {
         const T f = answer(o, u, w, memory + plane_memory, y), g = proved(memory);
         const int p = 0, q = shape.block;
         const T c[4] = {f * y[0] * v.sd[0], f * y[1] * v.sd[1], f * y[2] * v.sd[2], f * y[3] * v.sd[3]};
-        const T px = c[0] * v.e[0] - c[1] * v.e[1], py = c[0] * v.e[1] + c[1] * v.e[0];
-        const T vx = c[2] * v.e[0] - c[3] * v.e[1], vy = c[2] * v.e[1] + c[3] * v.e[0];
-        T *said = memory + 6;  // of the next innovation
-        said[0] = select<T>(o.taken, px, said[0]), said[1] = select<T>(o.taken, py, said[1]);
-        said[2] = select<T>(o.taken, vx, said[2]), said[3] = select<T>(o.taken, vy, said[3]);
+        const T now[4] = {c[0] * v.e[0] - c[1] * v.e[1], c[0] * v.e[1] + c[1] * v.e[0], c[2] * v.e[0] - c[3] * v.e[1], c[2] * v.e[1] + c[3] * v.e[0]};
+        T *said = memory + 6;  // in the last scan that was taken; from there it moves with the target
+        for (int k = 0; k < 2; ++k) {
+            const int at = k ? q : p;
+            out[at] = g * select<T>(o.taken, now[k], said[k] + v.dt * said[2 + k]);
+            said[k] = select<T>(o.taken, now[k], said[k]), said[2 + k] = select<T>(o.taken, now[2 + k], said[2 + k]);
+            out[at + 1] = g * said[2 + k];
+        }
         const T factor = exponential<T>(f * g * larger<T>(smaller<T>(y[4], splat<T>(0.7)), splat<T>(-0.7)));
-        out[p] = select<T>(o.taken, g * px, zero), out[q] = select<T>(o.taken, g * py, zero);
-        out[p + 1] = select<T>(o.taken, g * vx, zero), out[q + 1] = select<T>(o.taken, g * vy, zero);
         for (int i : {p, p + 1, q, q + 1}) out[shape.n + i] = select<T>(o.taken, factor, one);
     }
 

@@ -113,9 +113,26 @@ def test_the_filter_itself_is_untouched():
     alone, got = run(inner, time, z), run(aided, time, z)
     for name in ("mode_probability", "log_likelihood_scan", "nis", "status"):
         assert_array_equal(getattr(alone, name), getattr(got, name))
+    begun = np.isin(got.status, (jink.Status.initialised, jink.Status.restarted))
+    assert_array_equal(alone.x[begun], got.x[begun])
     idle = got.status != jink.Status.updated
-    assert_array_equal(alone.x[idle], got.x[idle])
+    assert_array_equal(alone.P[idle], got.P[idle])
     assert (alone.x[~idle] != got.x[~idle]).any()
+
+
+def test_a_correction_moves_on_with_the_target_until_the_next_measurement():
+    (inner, aided), (time, z) = filters(kind="aircraft", trust=1e9), turning()
+    time, z = time[4], z[4]
+    z[40:] = np.nan
+    z[45] = z[39] + 3e5  # rejected
+    alone, got = (f.filter(time, z) for f in (inner, aided))
+    at = [[inner.components.index(letter + axis) for axis in "xy"] for letter in "pv"]
+    position, velocity = ((got.x - alone.x)[:, which] for which in at)
+    assert np.abs(velocity[39]).min() > 0.01
+    assert got.status[45] == jink.Status.gated
+    for k in range(40, 60):
+        assert_allclose(velocity[k], velocity[39], rtol=1e-6)
+        assert_allclose(position[k], position[39] + (time[k] - time[39]) * velocity[39], rtol=1e-6)
 
 
 def test_smoothing_leaves_it_out():

@@ -28,6 +28,7 @@ class Memory:
     time: float = 0.0
     hit: float = 0.0
     size: float = 0.0
+    share: float = 1.0  # g
     kept: np.ndarray | float = 0.0  # by the network: what is mirrored as it is
     kept_across: np.ndarray | float = 0.0  # and what changes sign
 
@@ -49,11 +50,11 @@ def corrected(names, c, scans):
         x, P = scan["x"].copy(), scan["P"].copy()
         if scan["began"]:
             m = Memory(time=scan["time"])
-        if scan["taken"]:
-            position, velocity, factor = one(names, c, scan, m)
+        factor = one(names, c, scan, m) if scan["taken"] else 1.0
+        if not scan["began"]:
             for k, axis in enumerate("xy"):
-                x[names.index("p" + axis)] += position[k]
-                x[names.index("v" + axis)] += velocity[k]
+                x[names.index("p" + axis)] += m.share * (m.position + (scan["time"] - m.time) * m.velocity)[k]
+                x[names.index("v" + axis)] += m.share * m.velocity[k]
             w = np.array([factor if name in ("px", "py", "vx", "vy") else 1.0 for name in names])
             P = w[:, None] * P * w
         out.append((x, P))
@@ -61,7 +62,7 @@ def corrected(names, c, scans):
 
 
 def one(names, c, scan, m):
-    """What is added to position and velocity, and the factor of their sds; the memory goes on."""
+    """The factor of the sds; the memory goes on, and has what is added to position and velocity."""
     before, P_before = block(names, scan["x_before"], scan["P_before"], "p")
     _, Pp = block(names, scan["x"], scan["P"], "p")
     v, Pv = block(names, scan["x"], scan["P"], "v")
@@ -124,7 +125,7 @@ def one(names, c, scan, m):
     m.kept_across = keep * m.kept_across + (1 - keep) * np.clip(across @ ((plus - minus) / 2), -BOUND, BOUND)
     even = np.array(c.along) @ ((plus + minus) / 2) + np.array(c.along_bias)
     odd = np.array(c.across) @ ((plus - minus) / 2)
-    g = min(1.0, max(0.0, (c.trust + m.hit) / (c.trust + m.size)))
+    g = m.share = min(1.0, max(0.0, (c.trust + m.hit) / (c.trust + m.size)))
     m.position = f * (even[0] * sqrt(e @ Pp @ e) * e + odd[0] * sqrt(n @ Pp @ n) * n)
     m.velocity = f * (even[1] * sqrt(e @ Pv @ e) * e + odd[1] * sqrt(n @ Pv @ n) * n)
-    return g * m.position, g * m.velocity, exp(f * g * min(LARGEST, max(-LARGEST, even[2])))
+    return exp(f * g * min(LARGEST, max(-LARGEST, even[2])))

@@ -14,12 +14,13 @@ from .plain import plain
 class Corrected(Bank):
     """x̂ + c: the filtered estimates of ``filter`` with the learned correction of ``corrector`` added in the plane.
 
-    P goes out as W P W, with one factor for position and velocity. The filter goes on from its own estimate, so that
-    the correction cannot make it diverge; likelihood, NIS and mode probabilities stay its own. The correction fades to
-    nothing where its inputs leave the range of the training, and where the innovations speak against it. A miss, a
-    rejected measurement and a start are not corrected, nor is anything that is smoothed: smoothing gives what the
-    filter itself gives. Errors: TypeError for another filter than an IMM, ValueError for one that is not of the
-    corrector's modes. Method: docs/corrector.md.
+    P goes out as W P W, with one factor for position and velocity. The filter goes on from its own estimate, so
+    that the correction cannot make it diverge; likelihood, NIS and mode probabilities stay its own. The correction
+    fades to nothing where its inputs leave the range of the training, and where the innovations speak against it.
+    After a miss or a rejected measurement the last correction goes on, c_p + Δt c_v in position, and P is the
+    filter's own. A start is not corrected, nor is anything that is smoothed: smoothing gives what the filter itself
+    gives. Errors: TypeError for another filter than an IMM, ValueError for one that is not of the corrector's
+    modes. Method: docs/corrector.md.
     """
 
     arguments = ("corrector",)
