@@ -61,6 +61,10 @@ template <class T> void set_prior(const Composition<T> &c, TrackState<T> &s, int
     set_lane(s.time, lane_of, time);
     set_lane(s.doubt, lane_of, 0.0);
     set_lane(s.last_accepted, lane_of, time), set_lane(s.last_height, lane_of, time);
+    for (auto &value : s.memory) set_lane(value, lane_of, 0.0);
+    if (c.declared.aid.kind != AidInputs::plane) return;
+    T *past = s.memory.data() + s.memory.size() - c.declared.aid.memory(c.reported.axes);
+    for (int k = 0; k < plane_memory; ++k) set_lane(past[k], lane_of, k == plane_time && !std::isnan(time) ? time : plane_begins(k));
 }
 
 // The same for the lanes of a pack, from the batch's priors.

@@ -92,7 +92,7 @@ template <class T> class Live {
         step.ahead(copy, select<T>(s.started, to - s.time, splat<T>(0.0)), nullptr, nullptr);
         step.ahead.merge_pairs();
         out.time = to, out.arena = step.ahead.predicted, out.probability = step.ahead.prior, out.alive = copy.next, out.started = s.started;
-        out.correction.clear();
+        out.correction = lag == 0 ? aid.at(s, to) : std::vector<T>{};
         out.doubt = splat<T>(0.0), out.outcome.decided = out.outcome.upheld = splat_mask<T>(false);
         out.outcome.measured = out.outcome.scored = out.outcome.gated = out.outcome.restarted = out.outcome.initialised = splat_mask<T>(false);
         out.outcome.log_likelihood = splat<T>(0.0), out.outcome.nis = nan_of<T>(), out.outcome.dof = splat<T>(0.0);

@@ -90,6 +90,13 @@ template <class T> class Aid {
     std::vector<T> combined;
 
     void operator()(Step<T> &step, TrackState<T> &s, const Scan<T> &scan, const Outcome<T> &o);
+    // Of what is predicted for a time; empty where there is none.
+    std::vector<T> at(const TrackState<T> &s, T time) const {
+        if (d.kind != AidInputs::plane) return {};
+        std::vector<T> out(2 * c.reported.n);
+        plane.carried(s.memory.data() + own(s), time, out.data());
+        return out;
+    }
 
   private:
     const Composition<T> &c;
@@ -99,6 +106,8 @@ template <class T> class Aid {
     Network<T> network;
     Anfis<T> anfis;
     PlaneCorrector<T> plane;
+
+    std::size_t own(const TrackState<T> &s) const { return s.memory.size() - std::size_t(d.memory(c.reported.axes)); }
 
     // Of the newest innovation, the newest two, four, ..., each over the root of how many they are.
     void sums(const T *innovations, T *u) const {
@@ -150,7 +159,7 @@ template <class T> void Aid<T>::operator()(Step<T> &step, TrackState<T> &s, cons
     T before[largest_state], P[packed_size(largest_state)], after[largest_state];
     const Fix<T> fix = step.position_of(scan);
     const Mask<T> taken = o.scored & inverse(o.gated) & fix.position, started = o.initialised | o.restarted;
-    T *past = s.memory.data() + s.memory.size() - d.memory(axes);
+    T *past = s.memory.data() + own(s);
     const T *arena = s.arena.data(), *probability = s.probability.data(), *prior = step.ahead.prior.data();
     if (d.kind == AidInputs::plane) {
         combine(arena, probability, combined.data(), nullptr);

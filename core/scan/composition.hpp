@@ -61,6 +61,9 @@ enum class AidModel { network, triangular, gaussian, bell };
 
 inline constexpr int aid_factors = 3;    // of the sds of position, velocity, acceleration
 inline constexpr int plane_memory = 13;  // numbers that a correction in the plane keeps of a track beside what its network remembers
+// What these begin with, but for the time of the last scan that was taken.
+constexpr double plane_begins(int k) { return k == 4 ? 1.0 : k == 5 ? 0.7 : 0.0; }
+inline constexpr int plane_time = 10;
 
 struct AidDeclaration {
     AidInputs kind = AidInputs::none;

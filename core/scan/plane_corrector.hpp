@@ -68,26 +68,25 @@ template <class T> class PlaneCorrector {
 
     // Into `out`: what is added to each reported component, then the factors of their sds.
     void operator()(const Seen<T> &o, T *memory, T *out) const {
-        const T zero = splat<T>(0.0), one = splat<T>(1.0);
-        for (int i = 0; i < shape.n; ++i) out[i] = zero, out[shape.n + i] = one;
         T u[largest_layer], w[plane_odd], y[plane_answers];
         begin(o, memory);
         const View v(o, memory);
         remember(o, v, memory);
         inputs(o, v, memory, u, w);
-        const T f = answer(o, u, w, memory + plane_memory, y), g = proved(memory);
-        const int p = 0, q = shape.block;
+        const T f = answer(o, u, w, memory + plane_memory, y);
         const T c[4] = {f * y[0] * v.sd[0], f * y[1] * v.sd[1], f * y[2] * v.sd[2], f * y[3] * v.sd[3]};
         const T now[4] = {c[0] * v.e[0] - c[1] * v.e[1], c[0] * v.e[1] + c[1] * v.e[0], c[2] * v.e[0] - c[3] * v.e[1], c[2] * v.e[1] + c[3] * v.e[0]};
-        T *said = memory + 6;  // in the last scan that was taken; from there it moves with the target
-        for (int k = 0; k < 2; ++k) {
-            const int at = k ? q : p;
-            out[at] = g * select<T>(o.taken, now[k], said[k] + v.dt * said[2 + k]);
-            said[k] = select<T>(o.taken, now[k], said[k]), said[2 + k] = select<T>(o.taken, now[2 + k], said[2 + k]);
-            out[at + 1] = g * said[2 + k];
-        }
-        const T factor = exponential<T>(f * g * larger<T>(smaller<T>(y[4], splat<T>(0.7)), splat<T>(-0.7)));
-        for (int i : {p, p + 1, q, q + 1}) out[shape.n + i] = select<T>(o.taken, factor, one);
+        for (int k = 0; k < 4; ++k) memory[6 + k] = select<T>(o.taken, now[k], memory[6 + k]);
+        carried(memory, o.time, out);
+        const T factor = exponential<T>(f * proved(memory) * larger<T>(smaller<T>(y[4], splat<T>(0.7)), splat<T>(-0.7)));
+        for (int i : {0, 1, shape.block, shape.block + 1}) out[shape.n + i] = select<T>(o.taken, factor, splat<T>(1.0));
+    }
+
+    // Of the last scan that was taken, as it moves on with the target.
+    void carried(const T *memory, T time, T *out) const {
+        const T g = proved(memory), dt = time - memory[plane_time], *said = memory + 6;
+        for (int i = 0; i < shape.n; ++i) out[i] = splat<T>(0.0), out[shape.n + i] = splat<T>(1.0);
+        for (int k = 0; k < 2; ++k) out[k * shape.block] = g * (said[k] + dt * said[2 + k]), out[k * shape.block + 1] = g * said[2 + k];
     }
 
   private:
@@ -123,15 +122,15 @@ template <class T> class PlaneCorrector {
             over_S = reciprocal_root<T>(plane_variance(Sxx, Syy)), over_velocity = reciprocal_root<T>(velocity);
             sd[0] = root(along(e, Pp[0], Pp[1], Pp[2])), sd[1] = root(along(side, Pp[0], Pp[1], Pp[2]));
             sd[2] = root(along(e, Pv[0], Pv[1], Pv[2])), sd[3] = root(along(side, Pv[0], Pv[1], Pv[2]));
-            dt = o.time - memory[10];
+            dt = o.time - memory[plane_time];
         }
     };
 
     // A track that begins has no past.
     void begin(const Seen<T> &o, T *memory) const {
         if (!any(o.begun)) return;
-        for (int k = 0; k < plane_memory + 2 * kept; ++k) memory[k] = select<T>(o.begun, splat<T>(k == 4 ? 1.0 : k == 5 ? 0.7 : 0.0), memory[k]);
-        memory[10] = select<T>(o.begun, o.time, memory[10]);
+        for (int k = 0; k < plane_memory + 2 * kept; ++k) memory[k] = select<T>(o.begun, splat<T>(plane_begins(k)), memory[k]);
+        memory[plane_time] = select<T>(o.begun, o.time, memory[plane_time]);
     }
 
     // The fading sums of innovations and averages, and what became of the correction before.
@@ -146,7 +145,7 @@ template <class T> class PlaneCorrector {
         }
         memory[4] = select<T>(o.taken, memory[4] + plane_average * (smaller<T>(0.5 * square, splat<T>(plane_most)) - memory[4]), memory[4]);
         memory[5] = select<T>(o.taken, memory[5] + plane_average * (o.probability[0] - memory[5]), memory[5]);
-        memory[10] = select<T>(o.taken, o.time, memory[10]);
+        memory[plane_time] = select<T>(o.taken, o.time, memory[plane_time]);
         memory[11] = select<T>(o.taken, forget * memory[11] + hit, memory[11]);
         memory[12] = select<T>(o.taken, forget * memory[12] + size, memory[12]);
     }

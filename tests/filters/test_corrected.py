@@ -255,3 +255,15 @@ def test_the_engine_refuses_numbers_that_its_layers_do_not_take():
         )
         with pytest.raises(ValueError, match="aid"):
             native.Engine(declaration)
+
+
+def test_a_state_that_is_given_knows_nothing_of_corrections_before():
+    (inner, aided), (time, z) = filters(kind="aircraft", trust=1e9), turning()
+    live = [f.start() for f in (inner, aided)]
+    for t, each in zip(time[4, :40], z[4, :40], strict=True):
+        alone, got = (f.update(t, each) for f in live)
+    assert (live[0].predict(time[4, 40]).x != live[1].predict(time[4, 40]).x).any()
+    for f in live:
+        f.begin(alone.x, alone.P, time[4, 39])
+    assert_array_equal(live[0].predict(time[4, 40]).x, live[1].predict(time[4, 40]).x)
+    assert (got.x != alone.x).any()
