@@ -40,7 +40,7 @@ def heights(fields: list[str], name: str = "altitude", **how) -> tuple[np.ndarra
             ["1200 ft", "1200 ft", "400"] * 8,
             "altitude",
             [1200 * FOOT, 1200 * FOOT, np.nan],
-            "16 of 24 fields (ft); the others are taken as missing",
+            "16 of 24 fields (ft); the others are left out",
         ),
         (
             ["FL50", "4500", "4500"] * 8,
@@ -53,7 +53,7 @@ def heights(fields: list[str], name: str = "altitude", **how) -> tuple[np.ndarra
             ["FL50", "FL50", "4500"] * 8,
             "altitude",
             [5000 * FOOT, 5000 * FOOT, np.nan],
-            "16 of 24 fields (FL); the others are taken as missing",
+            "16 of 24 fields (FL); the others are left out",
         ),
         (["FL50", "4500 ft"] * 8, "altitude", [5000 * FOOT, 4500 * FOOT], "in every field (FL, ft)"),
         (
@@ -97,3 +97,20 @@ def test_separators_of_thousands_are_read_where_a_field_tells_them(fields, metre
 def test_a_comma_that_may_be_either_is_said_to_be_that(others):
     _, reasons = rows_of([*others, "1,000"] * 4)
     assert reasons == ["x has a comma that is a decimal one or one between thousands"] * 4
+
+
+def test_positions_have_the_unit_of_their_field():
+    found, reasons = rows_of(["100 ft", "1 km", "200 ft"] * 4)
+    np.testing.assert_allclose(found, [100 * FOOT, 1000.0, 200 * FOOT] * 4, rtol=1e-12)
+    # a field without a unit, where most have one, is no position
+    found, reasons = rows_of(["100 ft", "150", "200 ft", "300 agl"] * 4)
+    np.testing.assert_allclose(found, [100 * FOOT, 200 * FOOT] * 4, rtol=1e-12)
+    assert sorted(set(reasons)) == ["x has no unit, as others have", "x is not a number"] and len(reasons) == 8
+
+
+@pytest.mark.parametrize("unit", ["°", " deg"])
+def test_small_angles_that_say_degrees_are_not_radians(unit):
+    degrees = 1.0 + 0.1 * np.arange(20)
+    table = {"id": "a", "time": np.arange(20), "range": 1e4, "azimuth": [f"{value:.1f}{unit}" for value in degrees]}
+    tracks = jink.track(pl.DataFrame(table), check_coordinates=False, target_height="ground")
+    np.testing.assert_allclose(tracks["measured_x"], 1e4 * np.sin(np.radians(degrees)), rtol=1e-9)

@@ -120,7 +120,7 @@ def measure(
     ground_sd = np.full(frame.height, np.nan) if stream else _on_the_ground(sheet, values, seconds)
     if check_coordinates:
         problems += refused(sheet)
-    problems += unreadable
+    problems += unreadable + sheet.problems
     problems += [(reason, bad, None) for reason, bad in _invalid(sheet.position, values, check_coordinates)]
     position_sd, altitude_sd = accuracies(sheet)
     speed = speeds(sheet)

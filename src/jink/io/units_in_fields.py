@@ -7,10 +7,10 @@ import polars as pl
 
 from .columns import normal
 from .sheet import Sheet
-from .units import LENGTH, SPEED
+from .units import ANGLE, LENGTH, SPEED
 from .values import EMPTY, numbers
 
-WITH_UNIT = r"^(?P<number>[-+]?\d[\d.,]*) ?(?P<unit>[A-Za-z][A-Za-z/]*)$"
+WITH_UNIT = r"^(?P<number>[-+]?\d[\d.,]*) ?(?P<unit>[A-Za-z][A-Za-z/]*|°)$"
 FLIGHT_LEVEL = r"^(?i:FL|F) ?(?P<level>\d{1,3})$"
 LEVEL = "FL"
 UNITS = {
@@ -18,7 +18,12 @@ UNITS = {
     "z": LENGTH,
     "speed": SPEED,
     "range": LENGTH,
+    "x": LENGTH,
+    "y": LENGTH,
+    "azimuth": ANGLE,
+    "elevation": ANGLE,
 }
+NEEDED = ("range", "x", "y", "azimuth", "elevation")  # without one there is no position
 
 
 def read_units(sheet: Sheet) -> None:
@@ -33,7 +38,7 @@ def read_units(sheet: Sheet) -> None:
         text = sheet.series(role).str.strip_chars()
         number, unit = _parts(text, level=role == "altitude")
         found = unit.unique(maintain_order=True).drop_nulls().to_list()
-        known = {name: units[normal(name)] for name in found if normal(name) in units}
+        known = {name: units[unit_of(name)] for name in found if unit_of(name) in units}
         if not known:
             continue
         names, told = list(known), int(unit.is_in(list(known)).sum())
@@ -55,7 +60,19 @@ def read_units(sheet: Sheet) -> None:
         every = "every field" if told == there.sum() else f"{told} of {there.sum()} fields"
         if names != [LEVEL] or told < there.sum():
             sheet.notes.append(f"{role} in column {name!r} has its unit in {every} ({', '.join(names)}){rest}")
+        if role in NEEDED:
+            none = bare & ~bad & np.isnan(of_bare)
+            sheet.problems += [
+                (f"{role} is not a number", bad, text),
+                (f"{role} has no unit, as others have", none, text),
+            ]
+            continue
         sheet.notes += [f"{bad.sum()} unreadable fields in column {name!r} are taken as missing"] if bad.any() else []
+
+
+def unit_of(text: str) -> str:
+    """What a unit is called in `units.py`."""
+    return "deg" if text == "°" else normal(text)
 
 
 def _parts(text: pl.Series, level: bool) -> tuple[pl.Series, pl.Series]:
@@ -73,5 +90,5 @@ def _rest(of_bare: float, of_name: float | None, names: list[str]) -> str:
     if of_name is not None:
         return "; the others have that of the column's name"
     if np.isnan(of_bare):
-        return "; the others are taken as missing"
+        return "; the others are left out"
     return f"; the others are taken as {'ft' if LEVEL in names else names[0]}"
