@@ -215,3 +215,11 @@ def test_a_file_unpacked_ahead_is_the_same_table(tmp_path):
         open_table(damaged)
     ahead.begin([str(tmp_path / "none.csv.gz")])
     assert ahead.unpacked(tmp_path / "none.csv.gz") is None
+
+
+def test_an_array_that_was_cut_off_between_objects_is_noted(tmp_path):
+    objects = ",".join(f'{{"id": "a", "t": {k}, "x": {k}, "y": 0}}' for k in range(9))
+    for end, notes in (("]", ()), ("", ("the array does not end with ]: the file may have been cut off",))):
+        (tmp_path / "x.json").write_text("[" + objects + end)
+        table = open_table(tmp_path / "x.json")
+        assert table.notes == notes and table.read(["t"])[0].height == 9

@@ -243,7 +243,7 @@ def _json(file: str, content: bytes) -> Table:
             raise
         return records
     deep = "container" in text.types.values() and not nested.has_position(text.names)
-    return (_nested(file, content) if deep else None) or Table(file, "json", text.names, text.read)
+    return (_nested(file, content) if deep else None) or Table(file, "json", text.names, text.read, text.notes)
 
 
 def _nested(file: str, content: bytes) -> Table | None:

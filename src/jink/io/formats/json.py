@@ -39,6 +39,8 @@ class JsonText:
             # lines that were taken out of an array
             content = COMMAS.sub(b"}", content)
         self.array = content if content.startswith(b"[") else None
+        cut = self.array is not None and not content.endswith(b"]")
+        self.notes = ("the array does not end with ]: the file may have been cut off",) if cut else ()
         self.lines = _array_to_lines(content) if self.array is not None else content
         self.types, sound = _sample_types(self.lines)
         if self.array is not None and not sound:
