@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from formats_written import CAR, FILES, PLANE, kml_track, nmea
+from formats_written import CAR, FILES, PLANE, kml_points, kml_track, nmea
 
 import jink
 from jink.io.errors import InputError
@@ -279,3 +279,14 @@ def test_a_time_zone_is_not_for_formats_that_tell_utc(tmp_path, write, journey, 
     path = tmp_path / "given.dat"
     path.write_text(write(), encoding="utf-8")
     journey.agrees(jink.track(path, kind="vehicle" if journey is CAR else "aircraft", time_zone="Asia/Tokyo"))
+
+
+@pytest.mark.parametrize("write", [kml_track, kml_points])
+def test_heights_of_0_in_kml_are_none(tmp_path, write):
+    text = write()
+    (tmp_path / "high.kml").write_text(text)
+    (tmp_path / "flat.kml").write_text(text.replace(" 100</gx", " 0</gx").replace(",100</c", ",0</c"))
+    assert "altitude" in jink.track(tmp_path / "high.kml", kind="vehicle").columns
+    tracks = jink.track(tmp_path / "flat.kml", kind="vehicle")
+    CAR.agrees(tracks)
+    assert "altitude" not in tracks.columns

@@ -10,7 +10,7 @@ from ..errors import InputError
 from .markup import elements, local, numbered, rooted, text_of
 from .records import Format, Records, Refused
 
-ZERO = re.compile(r"^(\S+\s+\S+)\s+-?0(?:\.0*)?$")  # a place with a height of 0
+ZERO = re.compile(r"-?0+(?:\.0*)?")
 
 
 def recognises(head: bytes) -> bool:
@@ -48,6 +48,11 @@ def read(file: str, content: bytes) -> Records:
             f"{file} is KML, but no place in it has a time ({untimed} lines without times); jink reads gx:Track and "
             "points with a TimeStamp"
         )
+    # KML asks for heights: a target whose heights are all 0 has none
+    high = {row["target"] for row in rows if not ZERO.fullmatch(row.get("altitude_m", "0"))}
+    for row in rows:
+        if row["target"] not in high:
+            row.pop("altitude_m", None)
     # placemarks of a journey are often named by their times or numbers: then the name is no target
     names = {row["target"] for row in rows}
     if len(names) > len(rows) / 2 and len(rows) > 3:
@@ -57,11 +62,9 @@ def read(file: str, content: bytes) -> Records:
 
 
 def _track(track: ElementTree.Element) -> list[tuple[str | None, str]]:
-    """Times and places of a gx:Track: as many of each, in the same order. On the ground heights of 0 are none."""
+    """Times and places of a gx:Track: as many of each, in the same order."""
     times = [child.text for child in track if local(child.tag) == "when"]
     places = [(child.text or "").strip() for child in track if local(child.tag) == "coord"]
-    if text_of(track, "altitudeMode") == "clampToGround" and all(ZERO.search(place) for place in places):
-        places = [ZERO.sub(r"\1", place) for place in places]
     times += [None] * (len(places) - len(times))
     return list(zip(times, places, strict=False))
 
