@@ -155,3 +155,18 @@ def test_help_needs_little_more_than_numpy():
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     rooms = {module.split(".")[1] for module in shown}
     assert not rooms & {"scenarios", "catalogue", "learn", "fit", "compare", "papers", "report", "tracking"}
+
+
+@pytest.mark.parametrize("own", [None, "mimalloc"])
+def test_arrow_takes_memory_from_the_c_library_unless_it_is_told_otherwise(own):
+    code = (
+        "from jink.cli.main import main\ntry:\n    main()\nexcept SystemExit:\n"
+        "    import pyarrow\n    print(pyarrow.default_memory_pool().backend_name)"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "ARROW_DEFAULT_MEMORY_POOL"}
+    if own:
+        environment["ARROW_DEFAULT_MEMORY_POOL"] = own
+    done = subprocess.run(
+        [sys.executable, "-c", code, "--version"], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split()[-1] == (own or "system")

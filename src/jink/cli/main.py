@@ -90,6 +90,8 @@ def main() -> Any:
     # A large page has to be found in one piece and cleared whole. Where memory is in pieces, that takes longer than the
     # small pages for which it stands.
     os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")
+    # Arrow's own allocators take and give back memory of the system for each table; in the C library's it stays.
+    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     called = [word for word in given[:1] if word in COMMANDS]
     # What is imported never becomes garbage, so it is looked through less often, and at the end not at all.
     gc.set_threshold(GARBAGE)
