@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time as clock
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -84,11 +85,11 @@ def track_archive(
             return complete["summary"], complete["written"]
         files = tuple((each["path"], each["file"]) for each in plan.inputs)
         job = Job(files, reading, replace(settings, threads=1), plan.buckets, plan.piece, store, versions())
-        workers = how.workers()
-        said = _map(job, workers, how, say)
-        say({"event": "settle"})
-        settled = settle(job, said, plan.first)
-        done = _reduce(job, settled, said, workers, say)
+        with closing(how.workers()) as workers:
+            said = _map(job, workers, how, say)
+            say({"event": "settle"})
+            settled = settle(job, said, plan.first)
+            done = _reduce(job, settled, said, workers, say)
         summary = _summary(job, settled, said, done)
         rejected = _write_rejected(job, said, done)
         summary |= {"buckets": plan.buckets, "settled": settled.words, "seconds": clock.perf_counter() - began}

@@ -20,9 +20,12 @@ LOSSES = 3  # times that a process may die before the run ends
 
 
 class Workers(Protocol):
-    """Runs tasks and gives what they return, in the order in which they are done. Errors: those of the tasks."""
+    """Runs tasks and gives what they return, in the order in which they are done, until it is closed. Errors: those of
+    the tasks.
+    """
 
     def run(self, tasks: Iterable[Task]) -> Iterator[Any]: ...
+    def close(self) -> None: ...
 
 
 class Here:
@@ -33,22 +36,27 @@ class Here:
         for function, arguments in tasks:
             yield function(*arguments)
 
+    def close(self) -> None:
+        """Nothing is to be done."""
+
 
 class Processes:
-    """Processes of this machine; they end when this one does, however it ends."""
+    """Processes of this machine, the same for all tasks; they end when this one does, however it ends."""
 
     def __init__(self, count: int):
         self.count = count
+        self._pool: ProcessPoolExecutor | None = None
 
     def run(self, tasks: Iterable[Task]) -> Iterator[Any]:
         """A few tasks more than processes are under way. Errors: Stopped where processes die again and again."""
         waiting, losses = iter(tasks), 0
         under_way: dict[Future[Any], Task] = {}
         again: list[Task] = []
-        with self._pool() as pool:
+        with _one_thread_each():
+            self._pool = self._pool or self._executor()
             while True:
                 while len(under_way) < 2 * self.count and (task := again.pop() if again else next(waiting, None)):
-                    under_way[pool[0].submit(task[0], *task[1])] = task
+                    under_way[_submitted(self._pool, task)] = task
                 if not under_way:
                     return
                 done, _ = wait(under_way, return_when=FIRST_COMPLETED)
@@ -66,37 +74,52 @@ class Processes:
                         raise Stopped("processes end again and again; give a smaller --memory or fewer --threads")
                     again += under_way.values()
                     under_way.clear()
-                    pool[0].shutdown(wait=False, cancel_futures=True)
-                    pool[0] = self._executor()
+                    self._pool.shutdown(wait=False, cancel_futures=True)
+                    self._pool = self._executor()
+
+    def close(self) -> None:
+        """End the processes, once their tasks are done."""
+        if self._pool is not None:
+            self._pool.shutdown(wait=True, cancel_futures=True)
+            self._pool = None
 
     def _executor(self) -> ProcessPoolExecutor:
         context = multiprocessing.get_context("spawn")
         return ProcessPoolExecutor(self.count, context, initializer=_begin, initargs=(os.getpid(), gc.get_threshold()))
 
-    @contextmanager
-    def _pool(self) -> Iterator[list[ProcessPoolExecutor]]:
-        before = os.environ.get("POLARS_MAX_THREADS")
-        # the processes are as many as the cores
-        os.environ["POLARS_MAX_THREADS"] = "1"
-        pool = [self._executor()]
-        try:
-            yield pool
-        finally:
-            pool[0].shutdown(wait=True, cancel_futures=True)
-            if before is None:
-                del os.environ["POLARS_MAX_THREADS"]
-            else:
-                os.environ["POLARS_MAX_THREADS"] = before
+
+def _submitted(pool: ProcessPoolExecutor, task: Task) -> Future[Any]:
+    """What will hold the result. It failed already where a process ended while there was nothing to do."""
+    try:
+        return pool.submit(task[0], *task[1])
+    except BrokenProcessPool as error:
+        failed: Future[Any] = Future()
+        failed.set_exception(error)
+        return failed
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes that begin within it, as many as the cores, have one thread of polars."""
+    before = os.environ.get("POLARS_MAX_THREADS")
+    os.environ["POLARS_MAX_THREADS"] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["POLARS_MAX_THREADS"]
+        else:
+            os.environ["POLARS_MAX_THREADS"] = before
 
 
 def _begin(parent: int, garbage: tuple[int, ...]) -> None:
     """What a process does first."""
+    # garbage is looked for as often as in the parent
+    gc.set_threshold(*garbage)
     from .._engine import native
 
     # one bucket's memory is the next one's, so that no array costs new pages
     native.keep_freed_memory()
-    # as often as in the parent
-    gc.set_threshold(*garbage)
     _end_with(parent)
 
 
@@ -145,6 +168,9 @@ class Cluster:
                 yield result
         finally:
             self.client.cancel(list(under_way.futures))
+
+    def close(self) -> None:
+        """The cluster goes on."""
 
     def _submit(self, task: Task) -> Any:
         return self.client.submit(task[0], *task[1], pure=False, retries=0)
