@@ -200,7 +200,8 @@ class TrackRequest:
         str | None,
         typer.Option(
             metavar="NAME",
-            help="A filter's name (a wrong one lists all) or a file written by save(). Default: imm.",
+            help="A filter's name (a wrong one lists all) or a file written by save(). Default: imm-corrected for "
+            "aircraft and fighters, imm for others and for all that is smoothed, lagged or without names.",
             autocompletion=completed_from("filters"),
         ),
     ] = None

@@ -169,10 +169,12 @@ def track(
     Missing is null: speed, course and climb rate in a row that begins a track, the turn rate where speed is not two
     sds from zero. The course of a target at rest has an sd that says so.
 
-    smooth: every estimate uses its whole track; lag: only what was measured up to so many scans (2) or seconds ("8s")
-    later. columns: role (with a unit if need be: `altitude_ft`) to column name. sensor_sd: metres, or per component
-    (`{"range": 50, "azimuth_deg": 0.1}`); None: from columns of accuracy or estimated. site: latitude, longitude and
-    altitude of a radar, or of several by the names of their sources.
+    filter: a name of `jink.FILTERS` or a filter; None: imm-corrected for aircraft and fighters, imm for others and
+    for all that is smoothed, lagged or without identity. smooth: every estimate uses its whole track; lag: only
+    what was measured up to so many scans (2) or seconds ("8s") later. columns: role (with a unit if need be:
+    `altitude_ft`) to column name. sensor_sd: metres, or per component (`{"range": 50, "azimuth_deg": 0.1}`); None:
+    from columns of accuracy or estimated. site: latitude, longitude and altitude of a radar, or of several by the
+    names of their sources.
     day_first, time_format (strftime), time_zone: how text dates are read. axes: "enu" or "ned";
     azimuth_from: "north" (clockwise), "east" (counter-clockwise), or "grid": clockwise from the north of a projection.
     crs: the projection of x and y, or of that north, as pyproj knows it ("EPSG:3857").
