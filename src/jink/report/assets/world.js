@@ -57,7 +57,7 @@ function drawSites(ctx, plan) {
       ctx.beginPath();
       ctx.ellipse(cx, cy, radius * plan.view.aspect, radius, 0, 0, 2 * Math.PI);
       ctx.stroke();
-      if (cx > 0 && cx < width && cy - radius > 12 && cy - radius < height) {
+      if (cx > 0 && cx < width && cy - radius > 28 && cy - radius < height) {  // below the labels of the axis
         ctx.fillText(formatLength(ring / factor, step / factor, plan.system), cx + 4, cy - radius);
       }
     }
