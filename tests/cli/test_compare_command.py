@@ -92,7 +92,7 @@ def test_a_file_without_truth_is_scored_on_held_out_predictions(runs, tmp_path, 
     simulation_table(s).select("target", "time", "x", "y").write_csv(path)
     assert ask(scenario=str(path), filters="imm-cv-ct", json=str(tmp_path / "o.json"), kind="fighter") == 0
     body = json.loads((tmp_path / "o.json").read_text())
-    assert set(body["filters"]) == {"raw", "kalman-cv", "kalman-ca", "imm", "imm-cv-ct"}
+    assert set(body["filters"]) == {"raw", "kalman-cv", "kalman-ca", "imm", "imm-corrected", "imm-cv-ct"}
     assert set(body["filters"]["imm"]) == {
         "prediction_rmse",
         "prediction_score",

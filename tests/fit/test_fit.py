@@ -9,6 +9,8 @@ import pytest
 import jink
 from jink.fit import fit
 from jink.io.errors import InputError
+from jink.scenarios import SCENARIOS
+from jink.scenarios.table import simulation_table
 
 
 def test_fit_gains_on_fresh_runs_and_round_trips(tmp_path):
@@ -37,3 +39,14 @@ def test_a_fit_on_several_scenarios_says_which_one_it_was_checked_on():
     assert any("the check used random-turns alone" in line for line in both.warnings)
     one = fit("random-turns", "kalman-cv", runs=12, check_runs=10, starts=1)
     assert not any("alone" in line for line in one.warnings)
+
+
+def test_a_fit_that_is_worse_than_what_is_run_without_it_says_so(tmp_path):
+    made = SCENARIOS["random-turns"].simulate(12, 3)
+    path = tmp_path / "radar.csv"
+    simulation_table(made).select("target", "time", "x", "y").write_csv(path)
+    found = fit(path, filter="kalman-cv", starts=1)
+    assert "imm-corrected" in found.race.tallies
+    assert any(
+        "runs imm-corrected, which is better on held-out data in log-likelihood" in each for each in found.warnings
+    )

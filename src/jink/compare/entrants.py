@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from ..catalogue.choose import PROVEN
 from ..catalogue.purpose import Purpose
 from ..catalogue.registry import FILTERS, SHORT
 from ..checks import unknown
@@ -81,3 +82,11 @@ def check_names(names: list[str]) -> list[str]:
         elif name not in ENTRANTS:
             raise InputError(unknown("filter", name, ENTRANTS) + ", all, or a file written by save() (*.json)")
     return list(dict.fromkeys([*ALWAYS, *wanted]))
+
+
+def with_default(names: list[str], kind: str) -> list[str]:
+    """With what `jink track` runs for the kind of target where that is not `imm`."""
+    if kind not in PROVEN or "imm-corrected" in names:
+        return names
+    at = names.index("imm") + 1 if "imm" in names else len(names)
+    return [*names[:at], "imm-corrected", *names[at:]]

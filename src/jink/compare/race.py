@@ -11,7 +11,7 @@ from ..catalogue.registry import FILTERS
 from ..io.errors import InputError
 from ..scenarios import SCENARIOS, Scenario, by_name
 from ..tracking.lag import Lag
-from .entrants import ALWAYS, ENTRANTS, check_names
+from .entrants import ALWAYS, ENTRANTS, check_names, with_default
 from .own_filters import Entry, own_filters
 from .result import Race
 
@@ -53,6 +53,7 @@ def compare(
         text = os.fspath(scenario)
         folder = is_archive(text)
         if folder or os.path.isfile(text):
+            names = with_default(names, kind)
             from .recorded import race_on_file
             from .truth_file import has_truth, recorded_truth
 

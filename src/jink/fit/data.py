@@ -14,7 +14,7 @@ import numpy as np
 
 from ..catalogue.purpose import Purpose
 from ..checks import Array
-from ..compare.entrants import Entrant
+from ..compare.entrants import Entrant, with_default
 from ..compare.recorded import race_on_file, read
 from ..compare.result import Race
 from ..compare.simulated import FIRST, prepare, race
@@ -161,7 +161,13 @@ def from_file(
 
     def check(entrants: Sequence[Entrant]) -> Race:
         found = race_on_file(
-            path, list(ALSO), kind=kind, columns=columns, seed=seed, guests=entrants, positions=positions
+            path,
+            with_default(list(ALSO), kind),
+            kind=kind,
+            columns=columns,
+            seed=seed,
+            guests=entrants,
+            positions=positions,
         )
         if tracks.truth is not None:
             score_truth(found, recording, tracks.truth, tracks.components)

@@ -25,7 +25,7 @@ from .regimes import PartShare, shares
 from .uncertainty import standard_errors
 
 FITTED, START = "fitted", "before"
-RIVALS = (START, "imm", "kalman-cv", "kalman-ca")
+RIVALS = (START, "imm", "imm-corrected", "kalman-cv", "kalman-ca")
 VAGUE = 1.0  # sd of u: a factor of e either way
 FEW_ROWS, FEW_OWNERS = 50, 10  # per parameter; targets or runs
 TOLD = 200  # rows of a part from which its NIS says something
@@ -266,6 +266,12 @@ def warnings_of(fit: Fit, training: Training, tracks: Tracks) -> list[str]:
     said += _consistency(fit)
     if "imm" in fit.race.tallies and any(fit.race.compare(FITTED, "imm", m).verdict == "worse" for m in fit.judged[:1]):
         said.append("the default IMM, not fitted, is better on held-out data; fit that one (--filter imm)")
+    if "imm-corrected" in fit.race.tallies:
+        metrics = dict.fromkeys([*fit.judged, *fit.race.compared])
+        lost = [WORDS[m] for m in metrics if fit.race.compare(FITTED, "imm-corrected", m).verdict == "worse"]
+        if lost:
+            what = " and ".join(lost)
+            said.append(f"jink track without --filter runs imm-corrected, which is better on held-out data in {what}")
     if not fit.gain:
         worse = any(fit.race.compare(FITTED, START, m).verdict == "worse" for m in fit.judged)
         said.append(
