@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 VELOCITIES = ("vx", "vy", "vz")
 # what a radar measures beside range and azimuth, and the sensor's argument for its noise
 RADAR = {"altitude": "height_sd", "elevation": "elevation_sd", "range_rate": "range_rate_sd"}
+DEFAULTS = ("imm", "imm-corrected")  # what targets get where no filter is named, by kind
 PROVEN = ("aircraft", "fighter")  # kinds whose learned correction is on by default: see docs/corrector.md
 EARTH_RADIUS = 6_371_008.8  # m, the mean; where the site is known its own is taken
 

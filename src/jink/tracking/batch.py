@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypedDict, 
 import numpy as np
 import polars as pl
 
+from ..catalogue.choose import DEFAULTS
 from ..catalogue.names import FilterName, KindName
 from ..catalogue.targets import kind_of
 from ..checks import items
@@ -270,7 +271,8 @@ def run(
     found = [*apart, *found]
     if hopeless and settings.check:
         raise InputError(implausible(found, tracked.summary["targets"]))
-    if settings.filter is not None and settings.smoothing is None:
+    chosen = settings.filter is not None and not (isinstance(settings.filter, str) and settings.filter in DEFAULTS)
+    if chosen and settings.smoothing is None:
         found += foretells_badly(measured)
         found += strays(measured, settings.filter, noise)
     tracked.summary["warnings"] = as_dicts(found, tracked.summary["targets"])
