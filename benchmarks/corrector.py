@@ -23,8 +23,7 @@ import numpy as np
 
 from benchmarks.efficiency import FAMILIES, paired, planes, reference_of, squares
 from jink import Position, default_filter, load
-from jink.catalogue.corrected import CORRECTED
-from jink.catalogue.shipped import shipped
+from jink.catalogue.corrected import CORRECTED, correction
 from jink.compare.recorded import read
 from jink.filters.corrected import Corrected
 from jink.learn.plane_recorded import halves
@@ -60,7 +59,7 @@ class Gain:
 
 def corrector_of(kind: str, file: Path | None = None) -> PlaneCorrector:
     """What is shipped for a kind, or what is in a file."""
-    return (shipped(f"corrector-{kind}") if file is None else load(file)).corrector
+    return correction(kind) if file is None else load(file).corrector
 
 
 def not_learned(path: Path, corrector: PlaneCorrector) -> list[Flown]:

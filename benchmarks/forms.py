@@ -3,15 +3,14 @@
     python -m benchmarks.forms [FLIGHTS] [--flights 30] [--seed 7]     (without FLIGHTS the quickstart collection)
 
 Flights that neither the default nor its correction was fitted on (truth: the local cubic of `benchmarks.flights`) are
-seen by a radar of their own place, 30 to 120 km from their
-middle: 70 m and .068 degrees every 12 s, 50 m and .06 degrees every 4 s, 15 m and .06 degrees every second; heights to
-10 m; 1 % of the plots with 20 times the noise in range and azimuth. Each plot is written as range, azimuth and height,
-as x, y and z, and as latitude, longitude and height, and tracked as `jink track` does without being told a noise. The
-rival is a CV + CT IMM that knows the true noise, with eight numbers fitted by likelihood on other flights.
-R99: RMSE of the horizontal position without the worst 1 %. Turn velocity: RMSE where the flight truly pulls .15 g.
-Lost: share of flights more than 1 km off, or without an estimate, in five scans one after the other. Standard errors
-are over flights, by the jackknife. The last lines are of plots without heights: with heights of the kind, as
-`jink track` takes slant ranges, and taken for ranges along the ground.
+seen by a radar of their own place, 30 to 120 km from their middle: 70 m and .068 degrees every 12 s, 50 m and .06
+degrees every 4 s, 15 m and .06 degrees every second; heights to 10 m; 1 % of the plots with 20 times the noise in range
+and azimuth. Each plot is written as range, azimuth and height, as x, y and z, and as latitude, longitude and height,
+and tracked as `jink track` does without being told a noise. The rival is a CV + CT IMM that knows the true noise, with
+eight numbers fitted by likelihood on other flights. R99: RMSE of the horizontal position without the worst 1 %. Turn
+velocity: RMSE where the flight truly pulls .15 g. Lost: share of flights more than 1 km off, or without an estimate, in
+five scans one after the other. Standard errors are over flights, by the jackknife. The last lines are of plots without
+heights: with heights of the kind, as `jink track` takes slant ranges, and taken for ranges along the ground.
 """
 
 from __future__ import annotations
